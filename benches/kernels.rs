@@ -1,0 +1,68 @@
+//! Kernels at n = 6 and 7 over varied postures: forward kinematics to the Hessian of the condition number.
+
+use std::hint::black_box;
+
+use _core::index::{ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
+use _core::kinematics::{JacobianDerivative, forward, jacobian};
+use _core::robot::{Convention, DhTable, Robot};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use std::f64::consts::FRAC_PI_2;
+
+/// Postures that cycle, so that no branch predictor learns one input.
+const POSTURES: usize = 256;
+
+fn robot(n: usize) -> Robot {
+    let (a, d, alpha): (&[f64], &[f64], &[f64]) = if n == 6 {
+        (&[0.15, 0.87, 0.17, 0.0, 0.0, -0.287692], &[0.0, 0.0, 0.0, -1.016, 0.0, -0.607777], &[-1.0, 2.0, -1.0, 1.0, -1.0, 2.0])
+    } else {
+        (&[0.0; 7], &[0.36, 0.0, 0.42, 0.0, 0.4, 0.0, 0.126], &[-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 0.0])
+    };
+    let alpha = alpha.iter().map(|quarter| quarter * FRAC_PI_2).collect();
+    let table = DhTable { convention: Convention::Standard, a: a.to_vec(), d: d.to_vec(), alpha, theta: vec![0.0; n] };
+    Robot::from_dh("bench", table, &"R".repeat(n)).unwrap()
+}
+
+/// Low-discrepancy postures within +-2 rad.
+fn postures(n: usize) -> Vec<Vec<f64>> {
+    (0..POSTURES).map(|i| (0..n).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect()).collect()
+}
+
+fn bench<const N: usize>(criterion: &mut Criterion) {
+    let robot = robot(N);
+    let q = postures(N);
+    let rows = Rows::all(0.48).unwrap();
+    let mut group = criterion.benchmark_group(format!("{N}R"));
+    let mut next = 0;
+    let mut pick = || {
+        next = (next + 1) % POSTURES;
+        q[next].as_slice()
+    };
+    group.bench_function("empty", |b| b.iter_batched(&mut pick, |q| black_box(q[0]), BatchSize::SmallInput));
+    group.bench_function("forward", |b| b.iter_batched(&mut pick, |q| forward::<N>(black_box(&robot), q), BatchSize::SmallInput));
+    group.bench_function("jacobian", |b| b.iter_batched(&mut pick, |q| jacobian::<N>(black_box(&robot), q), BatchSize::SmallInput));
+    group.bench_function("jacobian derivative", |b| {
+        b.iter_batched(&mut pick, |q| JacobianDerivative::new(&jacobian::<N>(black_box(&robot), q).1), BatchSize::SmallInput)
+    });
+    let indices = [
+        ("kappa_F", Index::Condition(ConditionNumber { rows, squared: false })),
+        ("manipulability", Index::Manipulability(Manipulability { rows, squared: false })),
+        ("kappa_2", Index::Spectral(Spectral { kind: SpectralKind::ConditionNumber, rows, squared: false })),
+    ];
+    for (name, index) in indices {
+        let objective = Objective::new(vec![(1.0, index)]).unwrap();
+        for (order, label) in [(Order::Value, "value"), (Order::Gradient, "gradient"), (Order::Hessian, "Hessian")] {
+            group.bench_function(format!("{name} {label}"), |b| {
+                b.iter_batched(&mut pick, |q| objective.evaluate::<N>(black_box(&robot), q, order, false), BatchSize::SmallInput)
+            });
+        }
+    }
+    group.finish();
+}
+
+fn both(criterion: &mut Criterion) {
+    bench::<6>(criterion);
+    bench::<7>(criterion);
+}
+
+criterion_group!(benches, both);
+criterion_main!(benches);

@@ -1,0 +1,112 @@
+//! Which rows of the Jacobian an index uses, and the length that makes them homogeneous.
+
+use crate::error::{Error, Result, check_positive};
+use crate::kinematics::{Jacobian, JacobianDerivative};
+use crate::linalg::Row6;
+
+/// The rows in use and the length: `J_n = [L A; B]` restricted to the rows (Leger 2014, eq. 2.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rows {
+    indices: [usize; 6],
+    count: usize,
+    /// Characteristic length [m].
+    pub length: f64,
+}
+
+impl Rows {
+    /// All six rows.
+    pub fn all(length: f64) -> Result<Self> {
+        Self::new(&[0, 1, 2, 3, 4, 5], length)
+    }
+
+    /// Some rows: 0 to 2 angular, 3 to 5 linear, in increasing order.
+    pub fn new(rows: &[usize], length: f64) -> Result<Self> {
+        check_positive("length", length)?;
+        let increasing = rows.windows(2).all(|pair| pair[0] < pair[1]);
+        if rows.is_empty() || rows.iter().any(|r| *r > 5) || !increasing {
+            return Err(Error::value("rows", format!("{rows:?}"), "one to six different numbers from 0 to 5 in increasing order"));
+        }
+        let mut indices = [0; 6];
+        indices[..rows.len()].copy_from_slice(rows);
+        Ok(Self { indices, count: rows.len(), length })
+    }
+
+    /// The same rows with another length, which the caller has checked.
+    pub fn with_length(self, length: f64) -> Self {
+        Self { length, ..self }
+    }
+
+    /// Number of rows m.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The rows.
+    pub fn indices(&self) -> &[usize] {
+        &self.indices[..self.count]
+    }
+
+    /// How many of the first rows in use are angular: those the length multiplies.
+    #[inline(always)]
+    pub fn angular(&self) -> usize {
+        self.indices().iter().filter(|r| **r < 3).count()
+    }
+
+    #[inline(always)]
+    fn scale(&self, row: usize) -> f64 {
+        if row < 3 { self.length } else { 1.0 }
+    }
+
+    /// The rows in use of a twist, the angular ones times the length.
+    #[inline(always)]
+    pub fn normalise(&self, column: &Row6) -> Row6 {
+        let mut out = [0.0; 6];
+        if self.count == 6 {
+            for r in 0..6 {
+                out[r] = self.scale(r) * column[r];
+            }
+        } else {
+            for r in 0..self.count {
+                out[r] = self.scale(self.indices[r]) * column[self.indices[r]];
+            }
+        }
+        out
+    }
+
+    /// `J_n` by columns.
+    #[inline(always)]
+    pub fn normalised<const C: usize>(&self, jacobian: &Jacobian<C>) -> [Row6; C] {
+        let mut columns = [[0.0; 6]; C];
+        for i in 0..jacobian.n() {
+            columns[i] = self.normalise(&jacobian.column(i));
+        }
+        columns
+    }
+
+    /// `dJ_n/dq_k` by columns.
+    #[inline(always)]
+    pub fn normalised_derivative<const C: usize>(&self, derivative: &JacobianDerivative<C>, k: usize) -> [Row6; C] {
+        let mut columns = [[0.0; 6]; C];
+        for i in 0..derivative.n() {
+            columns[i] = self.normalise(&derivative.columns[k][i]);
+        }
+        columns
+    }
+
+    /// From `d(phi)/dJ_n` to `d(phi)/dJ`: puts the rows back and scales them again.
+    #[inline(always)]
+    pub fn spread(&self, y: &Row6) -> Row6 {
+        let mut out = [0.0; 6];
+        if self.count == 6 {
+            for r in 0..6 {
+                out[r] = self.scale(r) * y[r];
+            }
+        } else {
+            for r in 0..self.count {
+                out[self.indices[r]] = self.scale(self.indices[r]) * y[r];
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,198 @@
+//! Indices that are products of powers of the singular values: the spectral condition number, the smallest singular value, and Huo's
+//! parameter of singularity (Huo 2009, eq. 4.4 to 4.6).
+//!
+//! With `phi = sum c_i ln sigma_i` and `B_k = U' dJ_k V`, `d sigma_i = B_ii`, and the second derivative of sigma_i follows from the eigenvalues of
+//! `[0 J; J' 0]`. Pairs of equal exponents need no gap between their singular values; pairs of different exponents do.
+
+use super::evaluate::{Differential, JacobianIndex, Order, Status};
+use super::rows::Rows;
+use crate::kinematics::{Jacobian, JacobianDerivative};
+use crate::linalg::Row6;
+use crate::linalg::svd::Svd;
+
+/// Two singular values closer than this, relative to the larger, are taken as one.
+const GAP: f64 = 1e-9;
+
+/// A singular value below this multiple of the largest is taken as zero.
+const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
+
+/// Which product of powers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpectralKind {
+    /// `kappa_2 = sigma_1 / sigma_m`, infinite at a singularity.
+    ConditionNumber,
+    /// `sigma_m`, zero at a singularity.
+    SmallestSingularValue,
+    /// `w_ps = sqrt(kappa_2 / w)`, infinite at a singularity.
+    SingularityParameter,
+}
+
+/// An index made of singular values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spectral {
+    /// Which one.
+    pub kind: SpectralKind,
+    /// Rows and length.
+    pub rows: Rows,
+    /// Whether the value is squared.
+    pub squared: bool,
+}
+
+impl Spectral {
+    /// The exponents c_i of m singular values in decreasing order.
+    #[inline(always)]
+    fn exponents(&self, m: usize) -> Row6 {
+        let mut c = [0.0; 6];
+        match self.kind {
+            SpectralKind::ConditionNumber => {
+                c[0] += 1.0;
+                c[m - 1] -= 1.0;
+            }
+            SpectralKind::SmallestSingularValue => c[m - 1] = 1.0,
+            SpectralKind::SingularityParameter => {
+                c[0] += 0.5;
+                c[m - 1] -= 0.5;
+                for entry in c.iter_mut().take(m) {
+                    *entry -= 0.5;
+                }
+            }
+        }
+        if self.squared { c.map(|x| 2.0 * x) } else { c }
+    }
+
+    fn singular_value(&self) -> f64 {
+        if self.kind == SpectralKind::SmallestSingularValue { 0.0 } else { f64::INFINITY }
+    }
+}
+
+/// `B = U' dJ V` and `dJ` along the null space: rows i < m, columns j < n.
+#[inline(always)]
+fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &[Row6; C], n: usize, m: usize) -> [[f64; C]; 6] {
+    let mut b = [[0.0; C]; 6];
+    for i in 0..m {
+        let mut row = [0.0; C]; // u_i' dJ
+        for j in 0..n {
+            row[j] = (0..m).map(|r| svd.u[i][r] * dj[j][r]).sum();
+        }
+        for j in 0..m {
+            b[i][j] = (0..n).map(|s| row[s] * svd.v[s][j]).sum();
+        }
+        for j in m..n {
+            b[i][j] = (0..n).map(|s| row[s] * null[j - m][s]).sum();
+        }
+    }
+    b
+}
+
+/// Second derivative of phi along two directions.
+#[inline(always)]
+fn second<const C: usize>(c: &Row6, sigma: &Row6, bk: &[[f64; C]; 6], bl: &[[f64; C]; 6], n: usize, m: usize) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..m {
+        let s = sigma[i];
+        sum -= c[i] * bk[i][i] * bl[i][i] / (s * s);
+        for j in m..n {
+            sum += c[i] * bk[i][j] * bl[i][j] / (s * s);
+        }
+        for j in i + 1..m {
+            let t = sigma[j];
+            let symmetric = (bk[i][j] + bk[j][i]) * (bl[i][j] + bl[j][i]);
+            let skew = (bk[i][j] - bk[j][i]) * (bl[i][j] - bl[j][i]);
+            let split = if c[i] == c[j] { -c[i] / (s * t) } else { (c[i] / s - c[j] / t) / (s - t) };
+            sum += 0.5 * (symmetric * split + skew * (c[i] / s + c[j] / t) / (s + t));
+        }
+    }
+    sum
+}
+
+impl JacobianIndex for Spectral {
+    #[inline(always)]
+    fn differential<const C: usize>(
+        &self,
+        jacobian: &Jacobian<C>,
+        derivative: Option<&JacobianDerivative<C>>,
+        order: Order,
+        with_length: bool,
+    ) -> Differential<C> {
+        let (n, m) = (jacobian.n(), self.rows.count());
+        let singular = Differential { status: Status::Singular, ..Differential::of((self.singular_value(), f64::NAN, f64::NAN)) };
+        if m > n {
+            return singular;
+        }
+        let jn = self.rows.normalised(jacobian);
+        let svd = Svd::new(&jn, n, m);
+        let (c, sigma) = (self.exponents(m), svd.sigma);
+        if sigma[m - 1].is_nan() || sigma[m - 1] <= RANK_TOLERANCE * sigma[0] {
+            return singular;
+        }
+        let value: f64 = (0..m).map(|i| if c[i] == 0.0 { 1.0 } else { sigma[i].powf(c[i]) }).product();
+        let mut out = Differential::of((value, value, value));
+        if order == Order::Value {
+            return out;
+        }
+        if (1..m).any(|i| c[i] != c[i - 1] && sigma[i - 1] - sigma[i] <= GAP * sigma[i - 1]) {
+            out.status = Status::Repeated;
+        }
+        for i in 0..n {
+            let mut y = [0.0; 6];
+            for s in 0..m {
+                for r in 0..m {
+                    y[r] += c[s] / sigma[s] * svd.u[s][r] * svd.v[i][s];
+                }
+            }
+            out.y[i] = self.rows.spread(&y);
+        }
+        if with_length {
+            length_terms(&self.rows, &svd, &c, &jn, n, &mut out);
+        }
+        if let (Order::Hessian, Some(derivative)) = (order, derivative) {
+            let null = svd.null_space();
+            let mut b = [[[0.0; C]; 6]; C];
+            for k in 0..n {
+                b[k] = projected(&svd, &null, &self.rows.normalised_derivative(derivative, k), n, m);
+            }
+            for k in 0..n {
+                for l in k..n {
+                    out.second[k][l] =
+                        if out.status == Status::Repeated { f64::NAN } else { second(&c, &sigma, &b[k], &b[l], n, m) };
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Derivatives with the length: `dJ_n/dL = Pi J_n / L` is one more direction, whose own second derivative is zero.
+#[inline(always)]
+fn length_terms<const C: usize>(rows: &Rows, svd: &Svd<C>, c: &Row6, jn: &[Row6; C], n: usize, out: &mut Differential<C>) {
+    let (m, angular, length) = (rows.count(), rows.angular(), rows.length);
+    let mut along = [[0.0; 6]; C];
+    for i in 0..n {
+        for r in 0..angular {
+            along[i][r] = jn[i][r] / length;
+        }
+    }
+    let sigma = &svd.sigma;
+    let null = svd.null_space();
+    let b = projected(svd, &null, &along, n, m);
+    out.length_slope = (0..m).map(|i| c[i] / sigma[i] * b[i][i]).sum();
+    if out.status == Status::Repeated {
+        out.length_curvature = f64::NAN;
+        out.length_y = [[f64::NAN; 6]; C];
+        return;
+    }
+    out.length_curvature = second(c, sigma, &b, &b, n, m);
+    // d(phi_L) along any dJ: the bilinear form with one argument fixed, plus phi_J applied to the change of Pi J_n / L itself.
+    for i in 0..n {
+        let mut y = [0.0; 6];
+        for r in 0..m {
+            let mut unit = [[0.0; 6]; C];
+            unit[i][r] = 1.0;
+            y[r] = second(c, sigma, &b, &projected(svd, &null, &unit, n, m), n, m);
+            if r < angular {
+                y[r] += (0..m).map(|s| c[s] / sigma[s] * svd.u[s][r] * svd.v[i][s]).sum::<f64>() / length;
+            }
+        }
+        out.length_y[i] = rows.spread(&y);
+    }
+}

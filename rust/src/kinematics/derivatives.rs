@@ -1,0 +1,101 @@
+//! First and second derivatives of the Jacobian (Leger 2014, eq. 3.9 to 3.22, 3.41, with the errata). With `w = 0` and `v` the axis for a
+//! prismatic joint, one formula serves every mix of joints.
+
+use super::Jacobian;
+use crate::linalg::vector::{add, cross, scale};
+use crate::linalg::{Row6, size};
+
+/// `columns[k][i] = dJ_i / dq_k`, each a twist with the angular part first.
+#[derive(Debug, Clone, Copy)]
+pub struct JacobianDerivative<const C: usize> {
+    n: usize,
+    /// `columns[k][i] = dJ_i / dq_k`.
+    pub columns: [[Row6; C]; C],
+}
+
+impl<const C: usize> JacobianDerivative<C> {
+    /// The derivative of `jacobian` along every joint.
+    #[inline(always)]
+    pub fn new(jacobian: &Jacobian<C>) -> Self {
+        let n = jacobian.n();
+        let mut columns = [[[0.0; 6]; C]; C];
+        for k in 0..n {
+            let (wk, vk) = (jacobian.w[k], jacobian.v[k]);
+            for i in 0..n {
+                let (wi, vi) = (jacobian.w[i], jacobian.v[i]);
+                let (dw, dv) = if i > k { (cross(wk, wi), cross(wk, vi)) } else { ([0.0; 3], cross(wi, vk)) };
+                columns[k][i] = [dw[0], dw[1], dw[2], dv[0], dv[1], dv[2]];
+            }
+        }
+        Self { n, columns }
+    }
+
+    /// Number of joints.
+    #[inline(always)]
+    pub fn n(&self) -> usize {
+        size::<C>(self.n)
+    }
+
+    /// Writes the array of shape (6, n, n), `[r, i, k] = dJ[r, i] / dq_k`.
+    #[inline(always)]
+    pub fn write(&self, out: &mut [f64]) {
+        let n = self.n();
+        for r in 0..6 {
+            for i in 0..n {
+                for k in 0..n {
+                    out[(r * n + i) * n + k] = self.columns[k][i][r];
+                }
+            }
+        }
+    }
+}
+
+/// `d2J_i / dq_k dq_l` (3.41, 3.42).
+#[inline(always)]
+fn second<const C: usize>(jacobian: &Jacobian<C>, i: usize, k: usize, l: usize) -> Row6 {
+    let (k, l) = (k.min(l), k.max(l));
+    let (w, v) = (&jacobian.w, &jacobian.v);
+    let (dw, dv) = if i > l {
+        (cross(w[k], cross(w[l], w[i])), cross(w[k], cross(w[l], v[i])))
+    } else if i > k {
+        ([0.0; 3], cross(w[k], cross(w[i], v[l])))
+    } else {
+        ([0.0; 3], cross(w[i], cross(w[k], v[l])))
+    };
+    [dw[0], dw[1], dw[2], dv[0], dv[1], dv[2]]
+}
+
+/// Writes the array of shape (6, n, n, n), `[r, i, k, l] = d2J[r, i] / dq_k dq_l`.
+pub fn second_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]) {
+    let n = jacobian.n();
+    for i in 0..n {
+        for k in 0..n {
+            for l in k..n {
+                let column = second(jacobian, i, k, l);
+                for r in 0..6 {
+                    out[((r * n + i) * n + k) * n + l] = column[r];
+                    out[((r * n + i) * n + l) * n + k] = column[r];
+                }
+            }
+        }
+    }
+}
+
+/// The time derivative of every column of J at joint rates `rates`, by running sums (no dJ/dq is formed).
+pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> Jacobian<C> {
+    let n = jacobian.n();
+    let mut rate = *jacobian;
+    let mut turning = [0.0; 3]; // sum of w_k qd_k over k < i
+    let mut pushing = [0.0; 3]; // sum of v_k qd_k over k >= i
+    for k in 0..n {
+        pushing = add(pushing, scale(rates[k], jacobian.v[k]));
+    }
+    for i in 0..n {
+        let (wi, vi) = (jacobian.w[i], jacobian.v[i]);
+        rate.w[i] = cross(turning, wi);
+        rate.v[i] = add(cross(turning, vi), cross(wi, pushing));
+        turning = add(turning, scale(rates[i], wi));
+        pushing = add(pushing, scale(-rates[i], vi));
+    }
+    rate
+}

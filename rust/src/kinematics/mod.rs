@@ -1,0 +1,9 @@
+//! Forward kinematics, the Jacobian, its derivatives, and the sweep that pulls an index back from the Jacobian to the joints.
+
+mod derivatives;
+mod forward;
+mod pullback;
+
+pub use derivatives::{JacobianDerivative, jacobian_rate, second_derivative};
+pub use forward::{Jacobian, forward, jacobian, link_frames};
+pub use pullback::{pull_back, pull_back_second};

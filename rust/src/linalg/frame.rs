@@ -1,0 +1,122 @@
+//! Rigid transforms.
+
+use super::vector::{Vec3, add, cross, dot, norm, scale};
+use crate::error::{Error, Result, check_finite};
+
+/// A rigid transform: the three axes of a frame and its origin, both in the parent frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Unit vectors x, y, z of the frame, in the parent frame.
+    pub axes: [Vec3; 3],
+    /// Origin of the frame, in the parent frame [m].
+    pub origin: Vec3,
+}
+
+/// How far the rotation part of a user's transform may be from orthogonal before it is refused; within it, it is re-orthogonalised.
+const ORTHOGONALITY: f64 = 1e-6;
+
+impl Frame {
+    /// No rotation, no translation.
+    pub const IDENTITY: Self = Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
+
+    /// A vector of this frame in the parent frame.
+    #[inline(always)]
+    pub fn rotate(&self, a: Vec3) -> Vec3 {
+        let [x, y, z] = self.axes;
+        std::array::from_fn(|r| x[r] * a[0] + y[r] * a[1] + z[r] * a[2])
+    }
+
+    /// A vector of the parent frame in this frame.
+    #[inline(always)]
+    pub fn unrotate(&self, a: Vec3) -> Vec3 {
+        [dot(self.axes[0], a), dot(self.axes[1], a), dot(self.axes[2], a)]
+    }
+
+    /// self * other.
+    #[inline(always)]
+    pub fn compose(&self, other: &Self) -> Self {
+        Self {
+            axes: [self.rotate(other.axes[0]), self.rotate(other.axes[1]), self.rotate(other.axes[2])],
+            origin: add(self.origin, self.rotate(other.origin)),
+        }
+    }
+
+    /// The inverse transform.
+    pub fn inverse(&self) -> Self {
+        let transposed = std::array::from_fn(|c| std::array::from_fn(|r| self.axes[r][c]));
+        Self { axes: transposed, origin: scale(-1.0, self.unrotate(self.origin)) }
+    }
+
+    /// This frame turned about its own z axis by the angle whose cosine and sine are given.
+    #[inline(always)]
+    pub fn turn_z(&self, cosine: f64, sine: f64) -> Self {
+        let [x, y, z] = self.axes;
+        Self {
+            axes: [
+                add(scale(cosine, x), scale(sine, y)),
+                add(scale(-sine, x), scale(cosine, y)),
+                z,
+            ],
+            origin: self.origin,
+        }
+    }
+
+    /// Rotation about the unit vector `axis` by `angle` [rad].
+    pub fn rotation(axis: Vec3, angle: f64) -> Self {
+        let (s, c) = exact_sin_cos(angle);
+        let column = |e: Vec3| add(add(scale(c, e), scale(s, cross(axis, e))), scale((1.0 - c) * dot(axis, e), axis));
+        Self { axes: Self::IDENTITY.axes.map(column), origin: [0.0; 3] }
+    }
+
+    /// Translation.
+    pub const fn translation(origin: Vec3) -> Self {
+        Self { axes: Self::IDENTITY.axes, origin }
+    }
+
+    /// From a row-major 4 x 4 homogeneous matrix; its rotation must be orthogonal to 1e-6 and right-handed.
+    pub fn from_matrix(name: &str, matrix: &[f64]) -> Result<Self> {
+        if matrix.len() != 16 {
+            return Err(Error::Shape { name: name.into(), got: format!("{} numbers", matrix.len()), expected: "(4, 4)".into() });
+        }
+        check_finite(name, matrix)?;
+        if matrix[12..15].iter().any(|x| x.abs() > 1e-12) || (matrix[15] - 1.0).abs() > 1e-12 {
+            return Err(Error::value(name, format!("a matrix with last row {:?}", &matrix[12..16]), "last row [0, 0, 0, 1]"));
+        }
+        let column = |c: usize| [matrix[c], matrix[4 + c], matrix[8 + c]];
+        let (x, y, z) = (column(0), column(1), column(2));
+        let defect = [dot(x, x) - 1.0, dot(y, y) - 1.0, dot(z, z) - 1.0, dot(x, y), dot(y, z), dot(z, x), dot(cross(x, y), z) - 1.0];
+        if let Some(worst) = defect.into_iter().find(|d| d.abs() > ORTHOGONALITY) {
+            return Err(Error::value(name, format!("a matrix whose rotation part is off by {worst:.3e}"), "an orthogonal rotation of determinant +1"));
+        }
+        let x = scale(1.0 / norm(x), x);
+        let z = cross(x, y);
+        let z = scale(1.0 / norm(z), z);
+        Ok(Self { axes: [x, cross(z, x), z], origin: column(3) })
+    }
+
+    /// Writes the row-major 4 x 4 homogeneous matrix.
+    #[inline(always)]
+    pub fn write_matrix(&self, out: &mut [f64; 16]) {
+        for r in 0..3 {
+            for c in 0..3 {
+                out[4 * r + c] = self.axes[c][r];
+            }
+            out[4 * r + 3] = self.origin[r];
+        }
+        out[12..16].copy_from_slice(&[0.0, 0.0, 0.0, 1.0]);
+    }
+
+    /// The row-major 4 x 4 homogeneous matrix.
+    pub fn matrix(&self) -> [f64; 16] {
+        let mut out = [0.0; 16];
+        self.write_matrix(&mut out);
+        out
+    }
+}
+
+/// Sine and cosine of a constant angle, with the rounding of pi removed: a right angle written in radians or degrees gives exact zeros.
+pub fn exact_sin_cos(angle: f64) -> (f64, f64) {
+    let snap = |x: f64| if x.abs() < 1e-15 { 0.0 } else if (x.abs() - 1.0).abs() < 1e-15 { x.signum() } else { x };
+    let (s, c) = angle.sin_cos();
+    (snap(s), snap(c))
+}

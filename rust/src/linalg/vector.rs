@@ -1,0 +1,55 @@
+//! Vectors of three numbers.
+
+/// A vector of three numbers.
+pub type Vec3 = [f64; 3];
+
+/// a x b.
+#[inline(always)]
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// a . b.
+#[inline(always)]
+pub fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a + b.
+#[inline(always)]
+pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// a - b.
+#[inline(always)]
+pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// s a.
+#[inline(always)]
+pub fn scale(s: f64, a: Vec3) -> Vec3 {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+/// Euclidean norm.
+#[inline(always)]
+pub fn norm(a: Vec3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The two halves of a twist [omega; v].
+#[inline(always)]
+pub fn halves(t: &[f64; 6]) -> (Vec3, Vec3) {
+    ([t[0], t[1], t[2]], [t[3], t[4], t[5]])
+}
+
+/// Two unit vectors that complete the unit vector `e` to an orthonormal frame (Duff et al., 2017: no branch that loses digits).
+#[inline]
+pub fn perpendicular(e: Vec3) -> (Vec3, Vec3) {
+    let sign = 1.0f64.copysign(e[2]);
+    let a = -1.0 / (sign + e[2]);
+    let b = e[0] * e[1] * a;
+    ([1.0 + sign * e[0] * e[0] * a, sign * b, -sign * e[0]], [b, sign + e[1] * e[1] * a, -e[1]])
+}

@@ -1,0 +1,68 @@
+//! Limits of the joints. A joint without a limit has an infinite one.
+
+use crate::error::{Error, Result};
+
+/// Limits of position, speed and acceleration; infinite where there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// Lower position limits [rad or m].
+    pub q_min: Vec<f64>,
+    /// Upper position limits [rad or m].
+    pub q_max: Vec<f64>,
+    /// Speed limits [rad/s or m/s].
+    pub qd_max: Vec<f64>,
+    /// Acceleration limits [rad/s^2 or m/s^2].
+    pub qdd_max: Vec<f64>,
+}
+
+impl Limits {
+    /// No limit on any of `n` joints.
+    pub fn none(n: usize) -> Self {
+        Self { q_min: vec![f64::NEG_INFINITY; n], q_max: vec![f64::INFINITY; n], qd_max: vec![f64::INFINITY; n], qdd_max: vec![f64::INFINITY; n] }
+    }
+
+    /// Lengths agree, nothing is NaN, lower below upper, rates above zero.
+    pub fn check(&self, n: usize) -> Result<()> {
+        let named = [("q_min", &self.q_min), ("q_max", &self.q_max), ("qd_max", &self.qd_max), ("qdd_max", &self.qdd_max)];
+        for (name, values) in named {
+            if values.len() != n {
+                return Err(Error::length(name, values.len(), n));
+            }
+            if let Some(index) = values.iter().position(|x| x.is_nan()) {
+                return Err(Error::NonFinite { name: name.into(), index, value: f64::NAN });
+            }
+        }
+        for i in 0..n {
+            if self.q_min[i] >= self.q_max[i] {
+                return Err(Error::value(
+                    &format!("q_min[{i}]"),
+                    self.q_min[i],
+                    &format!("a limit below q_max[{i}] = {}", self.q_max[i]),
+                ));
+            }
+        }
+        for (name, values) in &named[2..] {
+            if let Some(index) = values.iter().position(|x| *x <= 0.0) {
+                return Err(Error::value(&format!("{name}[{index}]"), values[index], "a limit above 0"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether joint `i` has both position limits.
+    #[inline]
+    pub fn is_bounded(&self, i: usize) -> bool {
+        self.q_min[i].is_finite() && self.q_max[i].is_finite()
+    }
+
+    /// Middle and half of the range of joint `i`, if it has both limits.
+    #[inline]
+    pub fn middle_and_half(&self, i: usize) -> Option<(f64, f64)> {
+        self.is_bounded(i).then(|| (0.5 * (self.q_min[i] + self.q_max[i]), 0.5 * (self.q_max[i] - self.q_min[i])))
+    }
+
+    /// The smallest distance of `q` to a limit, negative outside [rad or m]; infinite without limits.
+    pub fn margin(&self, q: &[f64]) -> f64 {
+        (0..q.len()).map(|i| (q[i] - self.q_min[i]).min(self.q_max[i] - q[i])).fold(f64::INFINITY, f64::min)
+    }
+}

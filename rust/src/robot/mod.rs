@@ -1,0 +1,168 @@
+//! The frozen model of a serial robot: joints, fixed transforms between them, limits.
+
+mod dh;
+mod limits;
+mod urdf;
+
+pub use dh::{Convention, DhTable};
+pub use limits::Limits;
+
+use crate::error::{Error, Result};
+use crate::linalg::{MAX_JOINTS, frame::Frame};
+
+/// How a joint moves along or about the z axis of its frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Joint {
+    /// Turns about its axis; coordinate in rad.
+    Revolute,
+    /// Slides along its axis; coordinate in m.
+    Prismatic,
+}
+
+/// A serial robot. Every convention (standard and modified DH, URDF) is folded at construction into one product,
+/// `T(q) = link[0] Z(q_1) link[1] Z(q_2) ... link[n-1] Z(q_n) end`, where Z moves about or along z.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    name: String,
+    joints: Vec<Joint>,
+    /// Fixed transform ahead of each joint, without the base.
+    links: Vec<Frame>,
+    /// Fixed transform from the last moved frame to the flange.
+    flange: Frame,
+    base: Frame,
+    tool: Frame,
+    limits: Limits,
+    dh: Option<DhTable>,
+    /// links with the base folded into the first one.
+    folded: Vec<Frame>,
+    /// flange and tool in one.
+    end: Frame,
+}
+
+impl Robot {
+    /// From the fixed transforms ahead of each joint (the joint then moves about or along z) and the one after the last joint.
+    pub fn new(name: &str, joints: &[Joint], links: &[Frame], flange: Frame) -> Result<Self> {
+        let n = joints.len();
+        if n == 0 || n > MAX_JOINTS {
+            return Err(Error::value("number of joints", n, &format!("1 to {MAX_JOINTS}")));
+        }
+        if links.len() != n {
+            return Err(Error::length("links", links.len(), n));
+        }
+        Ok(Self {
+            name: name.into(),
+            joints: joints.to_vec(),
+            links: links.to_vec(),
+            flange,
+            base: Frame::IDENTITY,
+            tool: Frame::IDENTITY,
+            limits: Limits::none(n),
+            dh: None,
+            folded: links.to_vec(),
+            end: flange,
+        })
+    }
+
+    fn refold(mut self) -> Self {
+        self.folded[0] = self.base.compose(&self.links[0]);
+        self.end = self.flange.compose(&self.tool);
+        self
+    }
+
+    /// The same robot with another tool: its frame in the flange frame.
+    pub fn with_tool(&self, tool: Frame) -> Self {
+        Self { tool, ..self.clone() }.refold()
+    }
+
+    /// The same robot on another base: the frame of its first link in the world.
+    pub fn with_base(&self, base: Frame) -> Self {
+        Self { base, ..self.clone() }.refold()
+    }
+
+    /// The same robot with other limits.
+    pub fn with_limits(&self, limits: Limits) -> Result<Self> {
+        limits.check(self.n())?;
+        Ok(Self { limits, ..self.clone() })
+    }
+
+    /// The same robot under another name.
+    pub fn with_name(&self, name: &str) -> Self {
+        Self { name: name.into(), ..self.clone() }
+    }
+
+    /// Number of joints.
+    #[inline(always)]
+    pub fn n(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Kind of every joint.
+    #[inline(always)]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// One letter a joint, R or P.
+    pub fn joint_letters(&self) -> String {
+        self.joints.iter().map(|j| if *j == Joint::Revolute { 'R' } else { 'P' }).collect()
+    }
+
+    /// Fixed transforms ahead of each joint, base folded in.
+    #[inline(always)]
+    pub fn links(&self) -> &[Frame] {
+        &self.folded
+    }
+
+    /// Fixed transforms ahead of each joint, without the base.
+    pub fn bare_links(&self) -> &[Frame] {
+        &self.links
+    }
+
+    /// Fixed transform from the last moved frame to the tool point.
+    #[inline(always)]
+    pub fn end(&self) -> &Frame {
+        &self.end
+    }
+
+    /// Fixed transform from the last moved frame to the flange.
+    pub fn flange(&self) -> &Frame {
+        &self.flange
+    }
+
+    /// Base frame in the world.
+    pub fn base(&self) -> &Frame {
+        &self.base
+    }
+
+    /// Tool frame in the flange frame.
+    pub fn tool(&self) -> &Frame {
+        &self.tool
+    }
+
+    /// Limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The DH table it was made from, if it was.
+    pub fn dh(&self) -> Option<&DhTable> {
+        self.dh.as_ref()
+    }
+}
+
+/// Parses "RRPRRR".
+pub fn parse_joints(letters: &str) -> Result<Vec<Joint>> {
+    letters
+        .chars()
+        .map(|c| match c {
+            'R' | 'r' => Ok(Joint::Revolute),
+            'P' | 'p' => Ok(Joint::Prismatic),
+            _ => Err(Error::value("joints", letters, "letters R (revolute) and P (prismatic) only")),
+        })
+        .collect()
+}

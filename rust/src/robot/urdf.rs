@@ -1,0 +1,114 @@
+//! Serial chains out of URDF files, read by `urdf-rs`.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use urdf_rs::{JointType, Pose};
+
+use super::{Joint, Limits, Robot};
+use crate::error::{Error, Result};
+use crate::linalg::frame::Frame;
+use crate::linalg::vector::{Vec3, cross, dot, norm, scale};
+
+fn frame_of(pose: &Pose) -> Frame {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    let turn = |axis: Vec3, angle: f64| Frame::rotation(axis, angle);
+    let rotation = turn([0.0, 0.0, 1.0], yaw).compose(&turn([0.0, 1.0, 0.0], pitch)).compose(&turn([1.0, 0.0, 0.0], roll));
+    Frame { origin: pose.xyz.0, ..rotation }
+}
+
+/// The rotation that takes the z axis onto the unit vector `axis` along the shortest way.
+fn z_onto(axis: Vec3) -> Frame {
+    let z = [0.0, 0.0, 1.0];
+    let turn = cross(z, axis);
+    let sine = norm(turn);
+    if sine == 0.0 {
+        let angle = if axis[2] > 0.0 { 0.0 } else { std::f64::consts::PI };
+        return Frame::rotation([1.0, 0.0, 0.0], angle);
+    }
+    Frame::rotation(scale(1.0 / sine, turn), sine.atan2(dot(z, axis)))
+}
+
+/// The joints from `base` to `tip`, first to last.
+fn chain<'a>(urdf: &'a urdf_rs::Robot, base: Option<&str>, tip: Option<&str>) -> Result<Vec<&'a urdf_rs::Joint>> {
+    let parent_joint: HashMap<&str, &urdf_rs::Joint> = urdf.joints.iter().map(|j| (j.child.link.as_str(), j)).collect();
+    let links = || urdf.links.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", ");
+    let known = |name: &str| urdf.links.iter().any(|l| l.name == name);
+    for (label, link) in [("base", base), ("tip", tip)] {
+        if let Some(name) = link.filter(|name| !known(name)) {
+            return Err(Error::value(label, format!("{name:?}"), &format!("one of the links: {}", links())));
+        }
+    }
+    let tip = match tip {
+        Some(name) => name,
+        None => {
+            let leaves: Vec<&str> =
+                urdf.links.iter().map(|l| l.name.as_str()).filter(|name| urdf.joints.iter().all(|j| j.parent.link != *name)).collect();
+            match leaves.as_slice() {
+                [only] => *only,
+                _ => return Err(Error::Model(format!("the URDF has {} end links ({}): name one as tip", leaves.len(), leaves.join(", ")))),
+            }
+        }
+    };
+    let mut joints = Vec::new();
+    let mut link = tip;
+    while Some(link) != base {
+        match parent_joint.get(link) {
+            Some(joint) if joints.len() <= urdf.joints.len() => {
+                joints.push(*joint);
+                link = joint.parent.link.as_str();
+            }
+            Some(_) => return Err(Error::Model("the joints of the URDF form a loop".into())),
+            None => match base {
+                Some(name) => return Err(Error::value("base", format!("{name:?}"), &format!("a link on the way from the root to {tip:?}"))),
+                None => break,
+            },
+        }
+    }
+    joints.reverse();
+    Ok(joints)
+}
+
+impl Robot {
+    /// From a URDF file: the chain between two links (root and the only end link unless named).
+    pub fn from_urdf_file(path: &Path, base: Option<&str>, tip: Option<&str>) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::Model(format!("{}: {e}", path.display())))?;
+        Self::from_urdf_str(&text, base, tip).map_err(|e| match e {
+            Error::Model(why) => Error::Model(format!("{}: {why}", path.display())),
+            other => other,
+        })
+    }
+
+    /// As [`Robot::from_urdf_file`], from the text itself.
+    pub fn from_urdf_str(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self> {
+        let urdf = urdf_rs::read_from_string(text).map_err(|e| Error::Model(format!("not a URDF: {e}")))?;
+        let mut joints = Vec::new();
+        let mut links = Vec::new();
+        let mut limits = Limits::none(0);
+        let mut pending = Frame::IDENTITY;
+        for joint in chain(&urdf, base, tip)? {
+            pending = pending.compose(&frame_of(&joint.origin));
+            let kind = match joint.joint_type {
+                JointType::Revolute | JointType::Continuous => Joint::Revolute,
+                JointType::Prismatic => Joint::Prismatic,
+                JointType::Fixed => continue,
+                ref other => return Err(Error::Model(format!("joint {:?} is {other:?}: only revolute, continuous, prismatic and fixed joints form a serial robot", joint.name))),
+            };
+            let axis = joint.axis.xyz.0;
+            let length = norm(axis);
+            if !(length > 0.0 && length.is_finite()) {
+                return Err(Error::value(&format!("axis of joint {:?}", joint.name), format!("{axis:?}"), "a finite vector that is not zero"));
+            }
+            let align = z_onto(scale(1.0 / length, axis));
+            joints.push(kind);
+            links.push(pending.compose(&align));
+            pending = align.inverse();
+            let bounded = joint.joint_type != JointType::Continuous;
+            limits.q_min.push(if bounded { joint.limit.lower } else { f64::NEG_INFINITY });
+            limits.q_max.push(if bounded { joint.limit.upper } else { f64::INFINITY });
+            limits.qd_max.push(if joint.limit.velocity > 0.0 { joint.limit.velocity } else { f64::INFINITY });
+            limits.qdd_max.push(f64::INFINITY);
+        }
+        Self::new(&urdf.name, &joints, &links, pending)?.with_limits(limits)
+    }
+}
