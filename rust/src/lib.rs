@@ -6,6 +6,14 @@
 
 pub mod error;
 pub mod index;
+pub mod inverse;
 pub mod kinematics;
 pub mod linalg;
+pub mod optimize;
+pub mod posture;
+pub mod resolve;
 pub mod robot;
+pub mod task;
+
+#[cfg(feature = "python")]
+mod python;

@@ -6,7 +6,7 @@
 //! pivot and no branch, and one division a column on the critical path: twice as fast at 6 x 6 as elimination with pivoting or
 //! Householder reflections (`benches/linalg.rs`).
 
-use super::{MAX_JOINTS, Row6, size};
+use super::{Row6, size};
 
 /// An orthogonal column shorter than this multiple of the longest means that the rows of A are dependent to working precision.
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
@@ -70,6 +70,17 @@ impl<const C: usize> Orthogonal<C> {
             largest = largest.max(self.square[k]);
         }
         self.m <= self.n && smallest > RANK_TOLERANCE * RANK_TOLERANCE * largest && largest.is_finite()
+    }
+
+    /// Length of the shortest orthogonal column over that of the longest: a cheap sign of near dependence, 0 to 1.
+    #[inline(always)]
+    pub fn spread(&self) -> f64 {
+        let (mut smallest, mut largest) = (f64::INFINITY, f64::MIN_POSITIVE);
+        for k in 0..self.m {
+            smallest = smallest.min(self.square[k]);
+            largest = largest.max(self.square[k]);
+        }
+        (smallest / largest).sqrt()
     }
 
     /// `sqrt(det(A A'))`.
@@ -143,5 +154,3 @@ impl<const C: usize> Orthogonal<C> {
         basis
     }
 }
-
-const _: () = assert!(MAX_JOINTS >= 6, "rows of six fit");

@@ -1,0 +1,135 @@
+"""Reading of TOML files by people: every fault is named with its file, its key and what was expected."""
+
+import re
+import tomllib
+from collections.abc import Callable
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from redundancy._arrays import F64
+
+_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+def parse(file: Path, fail: Callable[[str, int, int], Exception]) -> dict[str, Any]:
+    """Parse a TOML file.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+    fail : callable
+        Makes the exception for a malformed file from message, line and column.
+
+    Returns
+    -------
+    dict
+        Its content.
+
+    Raises
+    ------
+    OSError
+        If it cannot be opened.
+    """
+    data = file.read_bytes()
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        line = before.count(b"\n") + 1
+        raise fail("not UTF-8 text", line, error.start - before.rfind(b"\n")) from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+        place = _PLACE.search(message)
+        # "at end of document" comes without figures.
+        lines = text.split("\n")
+        line, column = (int(place[1]), int(place[2])) if place and place[1] else (len(lines), len(lines[-1]) + 1)
+        raise fail(_PLACE.sub("", message), line, column) from None
+
+
+class Table:
+    """A TOML table whose entries are checked as they are read.
+
+    Parameters
+    ----------
+    data : dict
+        The table.
+    fail : callable
+        Makes the exception from a message, which names the key and what was expected.
+    path : str
+        Dotted key of the table, empty for the document.
+    """
+
+    def __init__(self, data: dict[str, Any], fail: Callable[[str], Exception], path: str = "") -> None:
+        self.data = data
+        self.fail = fail
+        self.path = path
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.data
+
+    def error(self, key: str, expected: str) -> Exception:
+        """Make the exception for a missing or wrong entry."""
+        where = f"{self.path}.{key}" if self.path else key
+        got = f"{self.data[key]!r}" if key in self.data else "nothing"
+        return self.fail(f"{where}: got {got if len(got) < 80 else got[:76] + ' ...'}, expected {expected}")
+
+    def only(self, *known: str) -> None:
+        """Refuse keys that are not known, with the nearest that is."""
+        for key in self.data:
+            if key not in known:
+                near = get_close_matches(key, known, n=1)
+                hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(known)}"
+                where = f"{self.path}.{key}" if self.path else key
+                raise self.fail(f"{where}: unknown key; {hint}")
+
+    def table(self, key: str) -> "Table":
+        """Read a sub-table; an absent one is empty."""
+        value = self.data.get(key, {})
+        if not isinstance(value, dict):
+            raise self.error(key, "a table")
+        return Table(value, self.fail, f"{self.path}.{key}" if self.path else key)
+
+    def text(self, key: str, default: str | None = None, choices: tuple[str, ...] = ()) -> str:
+        """Read a string, one of ``choices`` if these are given."""
+        value = self.data.get(key, default)
+        if not isinstance(value, str) or (choices and value not in choices):
+            raise self.error(key, " or ".join(f'"{choice}"' for choice in choices) or "a string")
+        return value
+
+    def integer(self, key: str, default: int | None = None, least: int = 0) -> int:
+        """Read an integer of at least ``least``."""
+        value = self.data.get(key, default)
+        if not isinstance(value, int) or isinstance(value, bool) or value < least:
+            raise self.error(key, f"an integer of at least {least}")
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """Read a finite number."""
+        value = self.data.get(key, default)
+        if not _is_number(value) or not np.isfinite(float(value)):
+            raise self.error(key, "a finite number")
+        return float(value)
+
+    def array(self, key: str, shape: tuple[int, ...], infinite: bool = False) -> F64:
+        """Read an array of numbers of a given shape, finite unless ``infinite`` allows infinities."""
+        expected = f"{'' if infinite else 'finite '}numbers, {' x '.join(map(str, shape))}"
+        try:
+            array = np.array(self.data.get(key), dtype=object)
+        except ValueError:
+            raise self.error(key, expected) from None
+        if array.shape != shape or not all(_is_number(entry) for entry in array.flat):
+            raise self.error(key, expected)
+        numbers = array.astype(np.float64)
+        if np.isnan(numbers).any() or not (infinite or np.isfinite(numbers).all()):
+            raise self.error(key, expected)
+        return numbers
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,152 @@
+"""Named robots, and robots in TOML files.
+
+A robot file holds ``name``, ``joints`` (one letter each, R or P), ``convention`` ("standard" or "modified" Denavit-Hartenberg, or
+"links"), and the tables
+
+- ``[units]``: ``length`` "m" or "mm", ``angle`` "rad" or "deg"; SI where absent;
+- ``[dh]``: ``a``, ``d``, ``alpha``, ``theta``, one number a joint; or, for "links", ``[links]``: ``matrices`` (n x 4 x 4, the fixed
+  transform ahead of each joint, which moves about or along z) and ``flange`` (4 x 4, the one after the last joint);
+- ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, as has a robot without the key;
+- ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4).
+
+Strings ``description`` and ``source`` are for people.
+"""
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+
+import tomli_w
+
+from redundancy._core import Robot
+from redundancy._files import write_atomically
+from redundancy._toml import Table, parse
+from redundancy.errors import ModelError, UnknownRobotError
+from redundancy.robots._schema import to_document, to_robot
+
+__all__ = ["describe", "find", "get", "load", "names", "save"]
+
+
+def names() -> list[str]:
+    """Return the names of the packaged robots, sorted."""
+    return sorted(entry.name.removesuffix(".toml") for entry in files(__name__).iterdir() if entry.name.endswith(".toml"))
+
+
+def get(name: str) -> Robot:
+    """Return a packaged robot.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+
+    Returns
+    -------
+    Robot
+        With its limits, in SI units.
+
+    Raises
+    ------
+    UnknownRobotError
+        If there is none of this name; the message proposes the nearest.
+
+    Examples
+    --------
+    >>> import redundancy as rd
+    >>> rd.robots.get("panda").n
+    7
+    """
+    return load(_packaged(name))
+
+
+def describe(name: str) -> str:
+    """Return the one-line description of a packaged robot.
+
+    Parameters
+    ----------
+    name : str
+        One of `names`.
+
+    Raises
+    ------
+    UnknownRobotError
+        If there is none of this name.
+    """
+    return str(tomllib.loads(_packaged(name).read_text(encoding="utf-8")).get("description", ""))
+
+
+def _packaged(name: str) -> Path:
+    # Compared with the list rather than tried as a file: a name must not lead out of the folder.
+    known = names()
+    if name not in known:
+        raise UnknownRobotError(name, known)
+    return Path(str(files(__name__).joinpath(f"{name}.toml")))
+
+
+def load(path: str | Path) -> Robot:
+    """Read a robot from a TOML file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its keys are those of this module's docstring.
+
+    Returns
+    -------
+    Robot
+        In SI units.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be opened.
+    ModelError
+        If it is malformed (``file:line:column: ...``), or a key is missing, unknown or wrong (``file: key: ...``).
+    """
+    file = Path(path)
+    content = parse(file, lambda message, line, column: ModelError(f"{file}:{line}:{column}: {message}"))
+    return to_robot(Table(content, lambda message: ModelError(f"{file}: {message}")))
+
+
+def save(robot: Robot, path: str | Path) -> None:
+    """Write a robot to a TOML file, in SI units; `load` gives back the same robot, bit for bit.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    path : path-like
+        The file. It is replaced as a whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    write_atomically(path, tomli_w.dumps(to_document(robot)))
+
+
+def find(text: str, folder: str | Path = ".") -> Robot:
+    """Return the robot that a job file or a command line names.
+
+    Parameters
+    ----------
+    text : str
+        A packaged name, or a file that ends in ``.toml`` or ``.urdf``.
+    folder : path-like
+        What a relative file is relative to.
+
+    Returns
+    -------
+    Robot
+        The robot.
+
+    Raises
+    ------
+    UnknownRobotError, ModelError, OSError
+        As `get`, `load` and `Robot.from_urdf`.
+    """
+    file = Path(folder, text)
+    if file.suffix == ".toml":
+        return load(file)
+    return Robot.from_urdf(file) if file.suffix == ".urdf" else get(text)

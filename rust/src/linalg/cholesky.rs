@@ -1,0 +1,64 @@
+//! Cholesky factor of a small positive definite matrix, on the stack.
+
+/// Lower triangle L of `A = L L'`.
+#[derive(Debug, Clone, Copy)]
+pub struct Cholesky<const C: usize> {
+    n: usize,
+    l: [[f64; C]; C],
+}
+
+impl<const C: usize> Cholesky<C> {
+    /// Of the leading n x n block; `None` when it is not positive definite to working precision.
+    #[inline(always)]
+    pub fn new(a: &[[f64; C]; C], n: usize) -> Option<Self> {
+        let mut l = [[0.0; C]; C];
+        for j in 0..n {
+            for i in j..n {
+                let mut sum = a[i][j];
+                for k in 0..j {
+                    sum -= l[i][k] * l[j][k];
+                }
+                if i > j {
+                    l[i][j] = sum / l[j][j];
+                } else if sum > 0.0 && sum.is_finite() {
+                    l[j][j] = sum.sqrt();
+                } else {
+                    return None;
+                }
+            }
+        }
+        Some(Self { n, l })
+    }
+
+    /// L^-1 b.
+    #[inline(always)]
+    pub fn forward(&self, b: &[f64; C]) -> [f64; C] {
+        let mut x = *b;
+        for i in 0..self.n {
+            for k in 0..i {
+                x[i] -= self.l[i][k] * x[k];
+            }
+            x[i] /= self.l[i][i];
+        }
+        x
+    }
+
+    /// L^-T b.
+    #[inline(always)]
+    pub fn backward(&self, b: &[f64; C]) -> [f64; C] {
+        let mut x = *b;
+        for i in (0..self.n).rev() {
+            for k in i + 1..self.n {
+                x[i] -= self.l[k][i] * x[k];
+            }
+            x[i] /= self.l[i][i];
+        }
+        x
+    }
+
+    /// A^-1 b.
+    #[inline(always)]
+    pub fn solve(&self, b: &[f64; C]) -> [f64; C] {
+        self.backward(&self.forward(b))
+    }
+}

@@ -1,0 +1,37 @@
+//! The Python module `redundancy._core`: arrays in, arrays out. The only room that names pyo3 or numpy; no formula lives here.
+
+mod array;
+mod custom;
+mod errors;
+mod index;
+mod posture;
+mod robot;
+mod sqp;
+mod task;
+
+use pyo3::prelude::*;
+
+/// The compiled core.
+#[pymodule]
+mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::index::{
+        ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, PyObjective, SingularityParameter, SmallestSingularValue,
+    };
+    #[pymodule_export]
+    use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
+    #[pymodule_export]
+    use super::robot::PyRobot;
+    #[pymodule_export]
+    use super::sqp::PyOrthogonalSqp;
+    #[pymodule_export]
+    use super::task::PyTask;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
+    }
+}

@@ -1,0 +1,381 @@
+//! `redundancy.Robot`.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::array::{map_rows, ok, output, elements, read_any, read_list, read_matrix, read_vector, vector};
+use crate::error::Error;
+use crate::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use crate::linalg::MAX_JOINTS;
+use crate::linalg::frame::Frame;
+use crate::robot::{Convention, DhTable, Limits, Robot, parse_joints};
+use crate::with_capacity;
+
+/// A serial robot: joints, fixed transforms, base, tool and limits; it never changes.
+///
+/// SI units and radians. A twist is [omega; v], angular part first, at the tool point, in the base frame; so are the rows of every
+/// Jacobian. Methods take one posture ``q`` of shape (n,) or a batch of shape (N, n), whose results have a leading axis N; batches run on
+/// every core with the GIL released. ``out`` receives the result instead of a new array: float64, C-contiguous, of the result's shape.
+///
+/// Raises
+/// ------
+/// ShapeError, NonFiniteError
+///     If an array has the wrong shape or holds NaN or infinities.
+#[pyclass(name = "Robot", frozen, eq, module = "redundancy._core")]
+#[derive(PartialEq)]
+pub struct PyRobot {
+    pub robot: Arc<Robot>,
+}
+
+type Maybe<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+fn frame(name: &str, value: Maybe<'_, '_>) -> PyResult<Option<Frame>> {
+    value.map(|value| ok(Frame::from_matrix(name, &read_matrix(name, value)?))).transpose()
+}
+
+fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
+    let mut limits = robot.limits().clone();
+    let slots = [("q_min", &mut limits.q_min), ("q_max", &mut limits.q_max), ("qd_max", &mut limits.qd_max), ("qdd_max", &mut limits.qdd_max)];
+    for ((name, slot), value) in slots.into_iter().zip(given) {
+        if let Some(value) = value {
+            *slot = read_list(name, value)?;
+        }
+    }
+    Ok(limits)
+}
+
+fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
+    if let Some(tool) = frame("tool", tool)? {
+        robot = robot.with_tool(tool);
+    }
+    if let Some(base) = frame("base", base)? {
+        robot = robot.with_base(base);
+    }
+    let limits = limits(&robot, given)?;
+    Ok(PyRobot { robot: Arc::new(ok(robot.with_limits(limits))?) })
+}
+
+fn matrix<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    PyArray1::from_slice(py, &frame.matrix()).reshape([4, 4])
+}
+
+fn matrices<'py>(py: Python<'py>, frames: &[Frame]) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let numbers: Vec<f64> = frames.iter().flat_map(Frame::matrix).collect();
+    PyArray1::from_vec(py, numbers).reshape([frames.len(), 4, 4])
+}
+
+#[pymethods]
+impl PyRobot {
+    /// A robot from its Denavit-Hartenberg table.
+    ///
+    /// Parameters
+    /// ----------
+    /// a, d, alpha, theta : array_like, shape (n,)
+    ///     Lengths [m] and angles [rad]. Standard: ``T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha)``; modified:
+    ///     ``T_i = Rx(alpha) Tx(a) Rz(theta) Tz(d)``. The joint coordinate adds to theta (R) or d (P).
+    /// joints : str, optional
+    ///     One letter a joint, R or P; all R if not given.
+    /// convention : {"standard", "modified"}
+    ///     Which of the two products the table means.
+    /// tool, base : array_like, shape (4, 4), optional
+    ///     Tool frame in the frame of the last row; base frame in the world.
+    /// q_min, q_max, qd_max, qdd_max : array_like, shape (n,), optional
+    ///     Limits [rad or m, per s, per s^2]; infinite where not given.
+    /// name : str
+    ///     Name.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
+    #[staticmethod]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    fn from_dh(
+        a: &Bound<'_, PyAny>,
+        d: &Bound<'_, PyAny>,
+        alpha: &Bound<'_, PyAny>,
+        theta: &Bound<'_, PyAny>,
+        joints: Option<&str>,
+        convention: &str,
+        tool: Maybe<'_, '_>,
+        base: Maybe<'_, '_>,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let table = DhTable {
+            convention: ok(Convention::parse(convention))?,
+            a: read_list("a", a)?,
+            d: read_list("d", d)?,
+            alpha: read_list("alpha", alpha)?,
+            theta: read_list("theta", theta)?,
+        };
+        let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
+        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+    }
+
+    /// A robot from the chain between two links of a URDF file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     URDF file.
+    /// base, tip : str, optional
+    ///     Names of the first and last link; the root and the only end link if not given.
+    /// tool : array_like, shape (4, 4), optional
+    ///     Tool frame in the frame of the tip.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     If the file cannot be read, is no URDF or the chain is not serial.
+    /// InvalidValueError
+    ///     If a link does not exist (the message lists those that do).
+    #[staticmethod]
+    #[pyo3(signature = (path, base=None, tip=None, tool=None))]
+    fn from_urdf(path: PathBuf, base: Option<&str>, tip: Option<&str>, tool: Maybe<'_, '_>) -> PyResult<Self> {
+        finish(ok(Robot::from_urdf_file(&path, base, tip))?, tool, None, [None; 4])
+    }
+
+    /// A robot from the fixed transforms ahead of each joint, which moves about or along z, and the one after the last.
+    ///
+    /// Parameters
+    /// ----------
+    /// links : array_like, shape (n, 4, 4)
+    ///     Fixed transforms ahead of the joints.
+    /// flange : array_like, shape (4, 4)
+    ///     Fixed transform after the last joint.
+    /// joints : str
+    ///     One letter a joint, R or P.
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    ///     As for `from_dh`.
+    #[staticmethod]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    fn from_links(
+        links: &Bound<'_, PyAny>,
+        flange: &Bound<'_, PyAny>,
+        joints: &str,
+        tool: Maybe<'_, '_>,
+        base: Maybe<'_, '_>,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let (numbers, shape) = read_any("links", links)?;
+        if shape.len() != 3 || shape[1..] != [4, 4] {
+            return Err(Error::Shape { name: "links".into(), got: format!("{shape:?}"), expected: "(n, 4, 4)".into() }.into());
+        }
+        let frames = numbers.chunks_exact(16).map(|m| ok(Frame::from_matrix("links", m))).collect::<PyResult<Vec<_>>>()?;
+        let flange = ok(Frame::from_matrix("flange", &read_matrix("flange", flange)?))?;
+        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+    }
+
+    /// Number of joints.
+    #[getter]
+    fn n(&self) -> usize {
+        self.robot.n()
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.robot.name()
+    }
+
+    /// One letter a joint, R (revolute) or P (prismatic).
+    #[getter]
+    fn joints(&self) -> String {
+        self.robot.joint_letters()
+    }
+
+    /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
+    #[getter]
+    fn q_min<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().q_min)
+    }
+
+    /// Upper position limits, shape (n,) [rad or m]; inf where there is none.
+    #[getter]
+    fn q_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().q_max)
+    }
+
+    /// Speed limits, shape (n,) [rad/s or m/s]; inf where there is none.
+    #[getter]
+    fn qd_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().qd_max)
+    }
+
+    /// Acceleration limits, shape (n,) [rad/s^2 or m/s^2]; inf where there is none.
+    #[getter]
+    fn qdd_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().qdd_max)
+    }
+
+    /// Tool frame in the flange frame, shape (4, 4).
+    #[getter]
+    fn tool<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.tool())
+    }
+
+    /// Base frame in the world, shape (4, 4).
+    #[getter]
+    fn base<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.base())
+    }
+
+    /// Fixed transform after the last joint, without the tool, shape (4, 4).
+    #[getter]
+    fn flange<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.flange())
+    }
+
+    /// Fixed transforms ahead of the joints, without the base, shape (n, 4, 4).
+    #[getter]
+    fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        matrices(py, self.robot.bare_links())
+    }
+
+    /// The DH table it was made from (convention, a, d, alpha, theta), or None.
+    #[getter]
+    fn dh<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(table) = self.robot.dh() else { return Ok(None) };
+        let dict = PyDict::new(py);
+        dict.set_item("convention", table.convention.name())?;
+        for (name, column) in [("a", &table.a), ("d", &table.d), ("alpha", &table.alpha), ("theta", &table.theta)] {
+            dict.set_item(name, vector(py, column))?;
+        }
+        Ok(Some(dict))
+    }
+
+    /// Tool frame in the base frame, shape (4, 4) (batch: (N, 4, 4)).
+    #[pyo3(signature = (q, out=None))]
+    fn fk<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            if let Ok(out) = out.try_into() {
+                forward::<C>(robot, q).write_matrix(out);
+            }
+        }
+        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Geometric Jacobian, shape (6, n) (batch: (N, 6, n)): rows [omega; v], angular first, at the tool point, in the base frame
+    /// (Leger 2014, eq. 1.2).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            jacobian::<C>(robot, q).1.write(out);
+        }
+        map_rows::<2, 3>(py, robot.n(), q, out, [6, robot.n()], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Derivative of the Jacobian, shape (6, n, n) (batch: (N, 6, n, n)): ``[:, i, k]`` is dJ_i/dq_k (Leger 2014, eq. 3.10 to 3.22).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        let n = robot.n();
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            JacobianDerivative::new(&jacobian::<C>(robot, q).1).write(out);
+        }
+        map_rows::<3, 4>(py, n, q, out, [6, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Second derivative of the Jacobian, shape (6, n, n, n) (batch: (N, 6, n, n, n)): ``[:, i, k, l]`` is d2J_i/dq_k dq_l
+    /// (Leger 2014, eq. 3.41, 3.42).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian_second_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        let n = robot.n();
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            second_derivative(&jacobian::<C>(robot, q).1, out);
+        }
+        map_rows::<4, 5>(py, n, q, out, [6, n, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Time derivative of the Jacobian at rates ``qd``, shape (6, n); one posture at a time.
+    #[pyo3(signature = (q, qd, out=None))]
+    fn jacobian_rate<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, qd: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.robot.n();
+        let (mut posture, mut rates) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        read_vector("q", q, n, &mut posture)?;
+        read_vector("qd", qd, n, &mut rates)?;
+        let array = output(py, out, [6, n])?;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], qd: &[f64], out: &mut [f64]) {
+            jacobian_rate(&jacobian::<C>(robot, q).1, qd).write(out);
+        }
+        with_capacity!(n, kernel(&self.robot, &posture[..n], &rates[..n], elements(&array)));
+        Ok(array)
+    }
+
+    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
+    fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        matrices(py, &link_frames(&self.robot, &posture[..self.robot.n()]))
+    }
+
+    /// The same robot with another tool frame (4, 4) in its flange frame.
+    fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let tool = ok(Frame::from_matrix("tool", &read_matrix("tool", tool)?))?;
+        Ok(Self { robot: Arc::new(self.robot.with_tool(tool)) })
+    }
+
+    /// The same robot with another base frame (4, 4) in the world.
+    fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let base = ok(Frame::from_matrix("base", &read_matrix("base", base)?))?;
+        Ok(Self { robot: Arc::new(self.robot.with_base(base)) })
+    }
+
+    /// The same robot with other limits; those not given stay.
+    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None))]
+    fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
+        let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
+        Ok(Self { robot: Arc::new(ok(self.robot.with_limits(limits))?) })
+    }
+
+    /// The same robot under another name.
+    fn with_name(&self, name: &str) -> Self {
+        Self { robot: Arc::new(self.robot.with_name(name)) }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Robot({:?}, joints={:?})", self.robot.name(), self.robot.joint_letters())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let py = slf.py();
+        let robot = &*slf.get().robot;
+        let class = py.get_type::<Self>();
+        let limits = robot.limits();
+        let tail = (
+            matrix(py, robot.tool())?,
+            matrix(py, robot.base())?,
+            vector(py, &limits.q_min),
+            vector(py, &limits.q_max),
+            vector(py, &limits.qd_max),
+            vector(py, &limits.qdd_max),
+            robot.name(),
+        )
+            .into_pyobject(py)?;
+        match robot.dh() {
+            Some(t) => {
+                let head = (vector(py, &t.a), vector(py, &t.d), vector(py, &t.alpha), vector(py, &t.theta), robot.joint_letters(), t.convention.name());
+                Ok((class.getattr("from_dh")?, head.into_pyobject(py)?.add(tail)?))
+            }
+            None => {
+                let head = (matrices(py, robot.bare_links())?, matrix(py, robot.flange())?, robot.joint_letters());
+                Ok((class.getattr("from_links")?, head.into_pyobject(py)?.add(tail)?))
+            }
+        }
+    }
+}

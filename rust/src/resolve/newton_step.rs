@@ -1,0 +1,268 @@
+//! One step of the orthogonal SQP: `dq = dv + Z du`, dv for the task, du for the objective in its null space (Leger 2014, eq. 3.58 to 3.64, 4.5 to 4.18).
+//!
+//! The task is two points of the tool a length apart (4.5): its Jacobian is that of the tool point and of the axis, the latter times the length
+//! (4.11). For a square regular Jacobian its null direction is that of (4.12); taken from the task's own Jacobian it exists for any number of
+//! joints and at singularities that the free motion can leave. The reduced Hessian is that of the Lagrangian, `Z'(H - sum lambda d2h) Z`: with the
+//! objective's Hessian alone, as in (3.63), convergence is linear only.
+
+use crate::index::Evaluation;
+use crate::inverse::damped_step;
+use crate::kinematics::{Jacobian, jacobian_rate};
+use crate::linalg::orthogonal::Orthogonal;
+use crate::linalg::symmetric::diagonalise;
+use crate::linalg::vector::dot;
+use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::optimize::qp::{self, MAX_ROWS, MAX_VARIABLES, QpStatus, Row};
+use crate::task::Directions;
+
+/// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
+const NEARLY_SINGULAR: f64 = 1e-4;
+/// Eigenvalues of the reduced Hessian are kept above this multiple of the largest.
+const LEAST_CURVATURE: f64 = 1e-8;
+
+/// How a step came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StepStatus {
+    /// Task and objective as wanted.
+    Regular,
+    /// The task's Jacobian is nearly singular: damped, objective left aside.
+    Damped,
+    /// The objective has no derivatives here: task only.
+    TaskOnly,
+    /// Limits forbid the task's motion: cut at the limits.
+    Limited,
+}
+
+/// What is known at a posture.
+#[derive(Debug, Clone, Copy)]
+pub struct Known<'a, const C: usize> {
+    /// Jacobian.
+    pub jacobian: &'a Jacobian<C>,
+    /// Objective with gradient and Hessian (exact or approximate).
+    pub objective: &'a Evaluation<C>,
+    /// The task's directions.
+    pub directions: &'a Directions,
+    /// The components of the motion wanted.
+    pub wanted: Row6,
+}
+
+/// The box a step has to stay in.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds<const C: usize> {
+    /// Lower bounds of dq.
+    pub low: [f64; C],
+    /// Upper bounds of dq.
+    pub high: [f64; C],
+    /// Largest component of the free motion Z du.
+    pub radius: f64,
+    /// Fraction of the way to the objective's minimum to go.
+    pub gain: f64,
+}
+
+/// A step and what it promises.
+#[derive(Debug, Clone, Copy)]
+pub struct NewtonStep<const C: usize> {
+    /// The step.
+    pub dq: [f64; C],
+    /// First-order change of the objective along the free motion: zero or below.
+    pub slope: f64,
+    /// Largest component of the free part of the step.
+    pub free: f64,
+    /// Largest multiplier of the task: the price of its error.
+    pub price: f64,
+    /// How it came about.
+    pub status: StepStatus,
+}
+
+/// One step; never longer than the bounds, never NaN for finite input.
+#[inline(always)]
+pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
+    let n = known.jacobian.n();
+    let m = known.directions.dimension();
+    let columns = known.directions.columns(known.jacobian);
+    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, price: 0.0, status: StepStatus::Regular };
+    let factors = Orthogonal::new(&columns, n, m);
+    if m > n || factors.spread() < NEARLY_SINGULAR {
+        let scale: f64 = columns.iter().flatten().map(|x| x * x).sum();
+        let damping = scale * NEARLY_SINGULAR * NEARLY_SINGULAR;
+        out.dq = damped_step(&columns, &known.wanted, damping, n, m);
+        out.status = StepStatus::Damped;
+        clip(&mut out, bounds, n);
+        return out;
+    }
+    let p = factors.pseudo_inverse();
+    let mut dv = [0.0; C];
+    for i in 0..n {
+        dv[i] = (0..m).map(|r| p[i][r] * known.wanted[r]).sum();
+    }
+    out.dq = dv;
+    let objective = known.objective;
+    let usable = objective.value.is_finite() && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
+    if n > m && usable {
+        let reduced = reduce(known, &factors.null_space(), &p, &dv, n, m);
+        out.price = reduced.price;
+        free_motion(&reduced, &dv, bounds, &mut out, n, n - m);
+    } else if !usable {
+        out.status = StepStatus::TaskOnly;
+    }
+    clip(&mut out, bounds, n);
+    out
+}
+
+/// The quadratic model of the objective in the free motion.
+struct Reduced<const C: usize> {
+    basis: [[f64; C]; C],
+    gradient: [f64; C],
+    hessian: [[f64; C]; C],
+    slopes: [f64; C],
+    price: f64,
+}
+
+#[inline(always)]
+fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &[Row6; C], dv: &[f64; C], n: usize, m: usize) -> Reduced<C> {
+    let r = size::<C>(n) - m;
+    let objective = known.objective;
+    let mut lambda = [0.0; 6];
+    for i in 0..n {
+        for c in 0..m {
+            lambda[c] += p[i][c] * objective.gradient[i];
+        }
+    }
+    let (force_w, force_v) = known.directions.expand(&lambda);
+    // f(a)_i = lambda . (dJ/dt along a)_i: the constraint's curvature as a bilinear form, symmetrised below.
+    let bend = |direction: &[f64; C]| -> [f64; C] {
+        let rate = jacobian_rate(known.jacobian, direction);
+        std::array::from_fn(|i| if i < n { dot(force_w, rate.w[i]) + dot(force_v, rate.v[i]) } else { 0.0 })
+    };
+    let inner = |a: &[f64; C], b: &[f64; C]| (0..n).map(|i| a[i] * b[i]).sum::<f64>();
+    let mut hdv = [0.0; C];
+    for k in 0..n {
+        hdv[k] = inner(&objective.hessian[k], dv);
+    }
+    let bent_dv = bend(dv);
+    let price = lambda.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian: [[0.0; C]; C], slopes: [0.0; C], price };
+    for a in 0..r {
+        let z = &basis[a];
+        let bent = bend(z);
+        let mut hz = [0.0; C];
+        for k in 0..n {
+            hz[k] = inner(&objective.hessian[k], z);
+        }
+        out.slopes[a] = inner(z, &objective.gradient);
+        out.gradient[a] = out.slopes[a] + inner(z, &hdv) - 0.5 * (inner(&bent, dv) + inner(&bent_dv, z));
+        for b in 0..r {
+            out.hessian[a][b] += inner(&hz, &basis[b]) - 0.5 * inner(&bent, &basis[b]);
+            out.hessian[b][a] -= 0.5 * inner(&bent, &basis[b]);
+        }
+    }
+    out
+}
+
+/// Minimises the convexified model within the bounds and adds the free motion to the step.
+#[inline(always)]
+fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
+    let u = if r == 1 { one_freedom(reduced, dv, bounds, n) } else { many_freedoms(reduced, dv, bounds, n, r) };
+    let Some(u) = u else {
+        out.status = StepStatus::Limited;
+        return;
+    };
+    for i in 0..n {
+        let move_i: f64 = (0..r).map(|a| reduced.basis[a][i] * u[a]).sum();
+        out.free = out.free.max(move_i.abs());
+        out.dq[i] += move_i;
+    }
+    out.slope = (0..r).map(|a| reduced.slopes[a] * u[a]).sum();
+}
+
+/// One freedom: the Newton step cut to an interval; `None` when the interval is empty.
+#[inline(always)]
+fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<[f64; C]> {
+    let z = &reduced.basis[0];
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut largest = 0.0f64;
+    for i in 0..n {
+        largest = largest.max(z[i].abs());
+        if z[i].abs() < 1e-12 {
+            continue;
+        }
+        let (a, b) = ((bounds.low[i] - dv[i]) / z[i], (bounds.high[i] - dv[i]) / z[i]);
+        low = low.max(a.min(b));
+        high = high.min(a.max(b));
+    }
+    if low > high {
+        return None;
+    }
+    let curvature = reduced.hessian[0][0].abs();
+    let newton = if curvature > 0.0 { -bounds.gain * reduced.gradient[0] / curvature } else { 0.0 };
+    let radius = bounds.radius / largest;
+    let mut u = [0.0; C];
+    u[0] = newton.clamp(-radius, radius).clamp(low, high);
+    Some(u)
+}
+
+/// Several freedoms: a convex QP in the free motion.
+fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<[f64; C]> {
+    let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
+    diagonalise(&mut values, &mut vectors, r);
+    let largest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
+    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
+    let mut g = [0.0; MAX_VARIABLES];
+    for a in 0..r {
+        g[a] = bounds.gain * reduced.gradient[a];
+        for b in 0..r {
+            h[a][b] = (0..r).map(|i| vectors[a][i] * vectors[b][i] * values[i][i].abs().max(LEAST_CURVATURE * largest)).sum();
+        }
+    }
+    let mut rows = [Row { a: [0.0; MAX_VARIABLES], b: f64::NEG_INFINITY }; MAX_ROWS];
+    let mut count = 0;
+    for i in 0..n {
+        let mut a = [0.0; MAX_VARIABLES];
+        for b in 0..r {
+            a[b] = reduced.basis[b][i];
+        }
+        // The box of the whole step and the radius of the free part, whichever is tighter; the radius yields where both exclude each other.
+        let (low, high) = (bounds.low[i] - dv[i], bounds.high[i] - dv[i]);
+        let tight_low = low.max((-bounds.radius).min(high));
+        let tight_high = high.min(bounds.radius.max(low));
+        for (sign, bound) in [(1.0, tight_low), (-1.0, -tight_high)] {
+            if bound.is_finite() {
+                rows[count] = Row { a: a.map(|x| sign * x), b: bound };
+                count += 1;
+            }
+        }
+    }
+    let solution = qp::solve(&h, &g, &rows[..count], r);
+    if solution.status != QpStatus::Solved {
+        return None;
+    }
+    let mut u = [0.0; C];
+    u[..r].copy_from_slice(&solution.x[..r]);
+    Some(u)
+}
+
+/// Cuts the step to its box; a cut that matters is reported.
+#[inline(always)]
+fn clip<const C: usize>(out: &mut NewtonStep<C>, bounds: &Bounds<C>, n: usize) {
+    // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
+    let mut factor = 1.0f64;
+    for i in 0..n {
+        let room = if out.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
+        let needed = out.dq[i].abs();
+        if needed > room + 1e-12 && room > 1e-12 {
+            factor = factor.min(room / needed);
+        }
+    }
+    let mut cut = factor < 1.0;
+    for i in 0..n {
+        let scaled = factor * out.dq[i];
+        let clamped = scaled.clamp(bounds.low[i].min(0.0), bounds.high[i].max(0.0));
+        cut |= (scaled - clamped).abs() > 1e-9;
+        out.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
+    }
+    if cut {
+        out.status = StepStatus::Limited;
+    }
+}
+
+const _: () = assert!(MAX_ROWS >= 2 * MAX_JOINTS, "two bounds a joint");

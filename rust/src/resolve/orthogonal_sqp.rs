@@ -1,0 +1,134 @@
+//! The orthogonal SQP as an object: its settings and its closed-loop rate step.
+
+use std::sync::Arc;
+
+use super::newton_step::{Bounds, Known, StepStatus, newton_step};
+use crate::error::{Error, Result, check_positive};
+use crate::index::{Objective, Order};
+use crate::kinematics::jacobian;
+use crate::linalg::Row6;
+use crate::linalg::vector::halves;
+use crate::robot::Robot;
+use crate::task::Task;
+
+/// Largest free motion of a joint in one step [rad or m].
+pub(super) const RADIUS: f64 = 0.3;
+
+/// Settings of [`OrthogonalSqp`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Distance of the two points of the tool, which weighs angles against distances [m].
+    pub length: f64,
+    /// Whether the exact Hessian of the objective is used, or BFGS updates of it (3.51a) from the exact one at the start.
+    pub exact_hessian: bool,
+    /// Rate at which `step` closes the distance to the objective's minimum [1/s].
+    pub gain: f64,
+    /// Length of a control tick [s].
+    pub dt: f64,
+    /// Whether joint limits (and in `step`, speed limits) hold.
+    pub limits: bool,
+    /// Error at which a target counts as reached: rad, and m over the length.
+    pub tolerance: f64,
+    /// Iterations of one solution.
+    pub max_iterations: usize,
+}
+
+impl Settings {
+    /// Checks every setting.
+    pub fn check(&self) -> Result<()> {
+        for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
+            check_positive(name, value)?;
+        }
+        if !(self.gain >= 0.0 && self.gain.is_finite()) {
+            return Err(Error::value("gain", self.gain, "a finite number of at least 0"));
+        }
+        if self.max_iterations == 0 {
+            return Err(Error::value("max_iterations", 0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// Resolves the redundancy of a robot for a task by sequential quadratic programming in the null space of the task.
+#[derive(Debug, Clone)]
+pub struct OrthogonalSqp {
+    pub(super) robot: Arc<Robot>,
+    pub(super) task: Task,
+    pub(super) objective: Objective,
+    pub(super) settings: Settings,
+}
+
+impl OrthogonalSqp {
+    /// A solver; the robot needs as many joints as the task has dimensions.
+    pub fn new(robot: Arc<Robot>, task: Task, objective: Objective, settings: Settings) -> Result<Self> {
+        settings.check()?;
+        objective.check(&robot)?;
+        if robot.n() < task.dimension() {
+            return Err(Error::value("robot", format!("a robot of {} joints", robot.n()), &format!("at least {} joints, the dimension of the task", task.dimension())));
+        }
+        Ok(Self { robot, task, objective, settings })
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The objective.
+    pub fn objective(&self) -> &Objective {
+        &self.objective
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Joint rates for a desired twist of the tool (4.20): the components that matter are followed exactly, the objective falls in the free
+    /// motion, position and speed limits hold. Feedback, if any, is part of the twist. Never NaN, never beyond the limits.
+    #[inline(always)]
+    pub fn step<const C: usize>(&self, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+        let n = self.robot.n();
+        let dt = self.settings.dt;
+        let (tool, columns) = jacobian::<C>(&self.robot, q);
+        let directions = self.task.directions(&tool, self.settings.length);
+        let (w, v) = halves(twist);
+        let wanted = directions.reduce(w, v).map(|x| dt * x);
+        let objective = self.objective.evaluate_at(&self.robot, q, &columns, Order::Hessian, false);
+        let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
+        let (mut low, mut high) = self.box_around::<C>(q);
+        if self.settings.limits {
+            let speed = &self.robot.limits().qd_max;
+            for i in 0..n {
+                low[i] = low[i].max(-speed[i] * dt).min(0.0);
+                high[i] = high[i].min(speed[i] * dt).max(0.0);
+            }
+        }
+        let fraction = (self.settings.gain * dt).min(1.0);
+        let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
+        let step = newton_step(&known, &bounds);
+        for i in 0..n {
+            rates[i] = step.dq[i] / dt;
+        }
+        step.status
+    }
+
+    /// The room to the position limits around `q`; a joint outside may only come back.
+    #[inline(always)]
+    pub(super) fn box_around<const C: usize>(&self, q: &[f64]) -> ([f64; C], [f64; C]) {
+        let (mut low, mut high) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        if self.settings.limits {
+            let limits = self.robot.limits();
+            for i in 0..q.len() {
+                low[i] = (limits.q_min[i] - q[i]).min(0.0);
+                high[i] = (limits.q_max[i] - q[i]).max(0.0);
+            }
+        }
+        (low, high)
+    }
+}
