@@ -24,10 +24,12 @@ fn robot(n: usize) -> Robot {
 
 /// Low-discrepancy postures within +-2 rad.
 fn postures(n: usize) -> Vec<Vec<f64>> {
-    (0..POSTURES).map(|i| (0..n).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect()).collect()
+    (0..POSTURES)
+        .map(|i| (0..n).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect())
+        .collect()
 }
 
-fn bench<const N: usize>(criterion: &mut Criterion) {
+fn bench<const N: usize, const C: usize>(criterion: &mut Criterion) {
     let robot = robot(N);
     let q = postures(N);
     let rows = Rows::all(0.48).unwrap();
@@ -38,10 +40,10 @@ fn bench<const N: usize>(criterion: &mut Criterion) {
         q[next].as_slice()
     };
     group.bench_function("empty", |b| b.iter_batched(&mut pick, |q| black_box(q[0]), BatchSize::SmallInput));
-    group.bench_function("forward", |b| b.iter_batched(&mut pick, |q| forward::<N>(black_box(&robot), q), BatchSize::SmallInput));
-    group.bench_function("jacobian", |b| b.iter_batched(&mut pick, |q| jacobian::<N>(black_box(&robot), q), BatchSize::SmallInput));
+    group.bench_function("forward", |b| b.iter_batched(&mut pick, |q| forward::<C>(black_box(&robot), q), BatchSize::SmallInput));
+    group.bench_function("jacobian", |b| b.iter_batched(&mut pick, |q| jacobian::<C>(black_box(&robot), q), BatchSize::SmallInput));
     group.bench_function("jacobian derivative", |b| {
-        b.iter_batched(&mut pick, |q| JacobianDerivative::new(&jacobian::<N>(black_box(&robot), q).1), BatchSize::SmallInput)
+        b.iter_batched(&mut pick, |q| JacobianDerivative::new(&jacobian::<C>(black_box(&robot), q).1), BatchSize::SmallInput)
     });
     let indices = [
         ("kappa_F", Index::Condition(ConditionNumber { rows, squared: false })),
@@ -52,7 +54,7 @@ fn bench<const N: usize>(criterion: &mut Criterion) {
         let objective = Objective::new(vec![(1.0, index)]).unwrap();
         for (order, label) in [(Order::Value, "value"), (Order::Gradient, "gradient"), (Order::Hessian, "Hessian")] {
             group.bench_function(format!("{name} {label}"), |b| {
-                b.iter_batched(&mut pick, |q| objective.evaluate::<N>(black_box(&robot), q, order, false), BatchSize::SmallInput)
+                b.iter_batched(&mut pick, |q| objective.evaluate::<C>(black_box(&robot), q, order, false), BatchSize::SmallInput)
             });
         }
     }
@@ -60,8 +62,8 @@ fn bench<const N: usize>(criterion: &mut Criterion) {
 }
 
 fn both(criterion: &mut Criterion) {
-    bench::<6>(criterion);
-    bench::<7>(criterion);
+    bench::<6, 6>(criterion);
+    bench::<7, 8>(criterion);
 }
 
 criterion_group!(benches, both);

@@ -5,7 +5,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from redundancy.errors import InvalidValueError, NonFiniteError, ShapeError
+from .errors import InvalidValueError, NonFiniteError, ShapeError
 
 F64: TypeAlias = NDArray[np.float64]
 

@@ -4,12 +4,13 @@ import re
 import tomllib
 from collections.abc import Callable
 from difflib import get_close_matches
+from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
-from redundancy._arrays import F64
+from ._arrays import F64
 
 _PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
@@ -50,6 +51,8 @@ def parse(file: Path, fail: Callable[[str, int, int], Exception]) -> dict[str, A
         lines = text.split("\n")
         line, column = (int(place[1]), int(place[2])) if place and place[1] else (len(lines), len(lines[-1]) + 1)
         raise fail(_PLACE.sub("", message), line, column) from None
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits, brackets thousands deep
+        raise fail(str(error), 1, 1) from None
 
 
 class Table:
@@ -98,7 +101,8 @@ class Table:
     def text(self, key: str, default: str | None = None, choices: tuple[str, ...] = ()) -> str:
         """Read a string, one of ``choices`` if these are given."""
         value = self.data.get(key, default)
-        if not isinstance(value, str) or (choices and value not in choices):
+        # A NUL would pass for text until it reached a file name.
+        if not isinstance(value, str) or "\0" in value or (choices and value not in choices):
             raise self.error(key, " or ".join(f'"{choice}"' for choice in choices) or "a string")
         return value
 
@@ -112,7 +116,7 @@ class Table:
     def number(self, key: str, default: float | None = None) -> float:
         """Read a finite number."""
         value = self.data.get(key, default)
-        if not _is_number(value) or not np.isfinite(float(value)):
+        if not _is_number(value) or not isfinite(value):
             raise self.error(key, "a finite number")
         return float(value)
 
@@ -131,5 +135,6 @@ class Table:
         return numbers
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _is_number(value: object) -> TypeGuard[int | float]:
+    # TOML integers know no bound, 64-bit floats do.
+    return isinstance(value, float) or (isinstance(value, int) and type(value) is not bool and abs(value) < 2**1000)

@@ -12,7 +12,8 @@ fn numbers(value: &Value) -> Vec<f64> {
 fn case_errors<const C: usize>(case: &Value) -> (bool, [f64; 3]) {
     let model = &case["model"];
     let column = |name: &str| numbers(&model[name]);
-    let table = DhTable { convention: Convention::Standard, a: column("a"), d: column("d"), alpha: column("alpha"), theta: column("theta") };
+    let table =
+        DhTable { convention: Convention::Standard, a: column("a"), d: column("d"), alpha: column("alpha"), theta: column("theta") };
     let robot = Robot::from_dh("oracle", table, model["joints"].as_str().unwrap()).unwrap();
     let robot = match model.get("tool_offset") {
         Some(offset) => {

@@ -1,12 +1,14 @@
 """Named robots, and robots in TOML files.
 
-A robot file holds ``name``, ``joints`` (one letter each, R or P), ``convention`` ("standard" or "modified" Denavit-Hartenberg, or
-"links"), and the tables
+A robot file holds ``name``, ``joints`` (one letter each, R or P), ``convention`` ("standard" or "modified"
+Denavit-Hartenberg, or "links"), and the tables
 
 - ``[units]``: ``length`` "m" or "mm", ``angle`` "rad" or "deg"; SI where absent;
-- ``[dh]``: ``a``, ``d``, ``alpha``, ``theta``, one number a joint; or, for "links", ``[links]``: ``matrices`` (n x 4 x 4, the fixed
-  transform ahead of each joint, which moves about or along z) and ``flange`` (4 x 4, the one after the last joint);
-- ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, as has a robot without the key;
+- ``[dh]``: ``a``, ``d``, ``alpha``, ``theta``, one number a joint; or, for "links", ``[links]``: ``matrices``
+  (n x 4 x 4, the fixed transform ahead of each joint, which moves about or along z) and ``flange`` (4 x 4, the one
+  after the last joint);
+- ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, and no key where no joint
+  has one;
 - ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4).
 
 Strings ``description`` and ``source`` are for people.
@@ -18,18 +20,19 @@ from pathlib import Path
 
 import tomli_w
 
-from redundancy._core import Robot
-from redundancy._files import write_atomically
-from redundancy._toml import Table, parse
-from redundancy.errors import ModelError, UnknownRobotError
-from redundancy.robots._schema import to_document, to_robot
+from .._core import Robot
+from .._files import write_atomically
+from .._toml import Table, parse
+from ..errors import ModelError, UnknownRobotError
+from ._schema import to_document, to_robot
 
 __all__ = ["describe", "find", "get", "load", "names", "save"]
 
 
 def names() -> list[str]:
     """Return the names of the packaged robots, sorted."""
-    return sorted(entry.name.removesuffix(".toml") for entry in files(__name__).iterdir() if entry.name.endswith(".toml"))
+    found = (entry.name for entry in files(__name__).iterdir())
+    return sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml"))
 
 
 def get(name: str) -> Robot:

@@ -4,15 +4,18 @@ from typing import Any, Final
 
 import numpy as np
 
-from redundancy._arrays import F64
-from redundancy._core import Robot
-from redundancy._toml import Table
-from redundancy.errors import RedundancyError
+from .._arrays import F64
+from .._core import Robot
+from .._toml import Table
+from ..errors import RedundancyError
 
 LENGTHS: Final = {"m": 1.0, "mm": 1000.0}
 CONVENTIONS: Final = ("standard", "modified", "links")
 LIMITS: Final = ("q_min", "q_max", "qd_max", "qdd_max")
-KEYS: Final = ("name", "description", "source", "convention", "joints", "units", "dh", "links", "limits", "tool", "base")
+KEYS: Final = (
+    *("name", "description", "source", "convention", "joints"),
+    *("units", "dh", "links", "limits", "tool", "base"),
+)
 
 
 class Units:
@@ -67,14 +70,13 @@ def to_robot(document: Table) -> Robot:
     if not joints or set(joints) - set("RrPp"):
         raise document.error("joints", "one letter a joint, R (revolute) or P (prismatic)")
     units = Units(document.table("units"))
-    convention = document.text("convention", "standard", CONVENTIONS)
-    name = document.text("name")
-    common = {"tool": _frame(document, "tool", units), "base": _frame(document, "base", units), "name": name}
-    limits = _limits(document.table("limits"), joints, units)
+    convention: Any = document.text("convention", "standard", CONVENTIONS)
+    rest: dict[str, Any] = {key: _frame(document, key, units) for key in ("tool", "base")}
+    rest |= {"name": document.text("name"), "joints": joints} | _limits(document.table("limits"), joints, units)
     try:
         if convention == "links":
-            return Robot.from_links(*_links(document, len(joints), units), joints, **common, **limits)
-        return Robot.from_dh(**_dh(document, len(joints), units), joints=joints, convention=convention, **common, **limits)
+            return Robot.from_links(**_links(document, len(joints), units), **rest)
+        return Robot.from_dh(**_dh(document, len(joints), units), convention=convention, **rest)
     except RedundancyError as error:
         raise document.fail(str(error)) from error
 
@@ -88,13 +90,13 @@ def _dh(document: Table, n: int, units: Units) -> dict[str, Any]:
     return lengths | {key: units.angle(table.array(key, (n,))) for key in ("alpha", "theta")}
 
 
-def _links(document: Table, n: int, units: Units) -> tuple[F64, F64]:
+def _links(document: Table, n: int, units: Units) -> dict[str, Any]:
     if "dh" in document:
         raise document.error("dh", 'the table [links]; [dh] goes with convention = "standard" or "modified"')
     table = document.table("links")
     table.only("matrices", "flange")
-    frames = table.array("matrices", (n, 4, 4)), table.array("flange", (4, 4))
-    for frame in frames:
+    frames = {"links": table.array("matrices", (n, 4, 4)), "flange": table.array("flange", (4, 4))}
+    for frame in frames.values():
         frame[..., :3, 3] = units.length(frame[..., :3, 3])
     return frames
 

@@ -9,7 +9,7 @@ use super::evaluate::{Differential, JacobianIndex, Order, Status};
 use super::rows::Rows;
 use crate::kinematics::{Jacobian, JacobianDerivative};
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::{Mat6, Row6, gram};
+use crate::linalg::{Mat6, Rows6, gram, product_transposed};
 
 /// kappa_F, or its square: 1 at an isotropic posture, infinite at a singular one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,28 +20,31 @@ pub struct ConditionNumber {
     pub squared: bool,
 }
 
-/// `J_n` by columns, its pseudo-inverse, and what both norms need.
+/// `J_n` by rows, its pseudo-inverse by columns, and what both norms need.
 struct Factored<const C: usize> {
     n: usize,
     m: usize,
-    jn: [Row6; C],
-    p: [Row6; C],
-    factors: Orthogonal<C>,
+    jn: Rows6<C>,
+    p: Rows6<C>,
     w: Mat6,
+    factors: Orthogonal<C>,
 }
 
+/// Sum of the squares of some rows.
 #[inline(always)]
-fn norm2<const C: usize>(rows: &[Row6; C], n: usize, columns: std::ops::Range<usize>) -> f64 {
-    let mut sums = [0.0; 6];
-    for i in 0..n {
-        for c in columns.clone() {
-            sums[c] += rows[i][c] * rows[i][c];
+fn norm2<const C: usize>(rows: &Rows6<C>, range: std::ops::Range<usize>) -> f64 {
+    let mut total = 0.0;
+    for row in &rows[range] {
+        let mut sum = 0.0;
+        for x in row {
+            sum += x * x;
         }
+        total += sum;
     }
-    sums.iter().sum()
+    total
 }
 
-/// a b, both at most 6 x 6 with m columns in use.
+/// a b, m x m.
 #[inline(always)]
 fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
     let mut product = [[0.0; 6]; 6];
@@ -55,53 +58,58 @@ fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
     product
 }
 
+/// What the second derivatives of the norms need: `<dJ_k, dJ_l>` and half the second derivative of b (k <= l), and `tr(W Omega_k)`.
+struct Second<const C: usize> {
+    norms: [[f64; C]; C],
+    curvature: [[f64; C]; C],
+    slopes: [f64; C],
+}
+
 impl<const C: usize> Factored<C> {
     /// `None` when the rows are dependent to working precision.
     #[inline(always)]
-    fn new(jn: [Row6; C], n: usize, m: usize) -> Option<Self> {
+    fn new(jn: Rows6<C>, n: usize, m: usize) -> Option<Self> {
         let factors = Orthogonal::new(&jn, n, m);
         if !factors.has_full_rank() {
             return None;
         }
         let p = factors.pseudo_inverse();
-        let w = gram(&p, &p, n, m);
-        Some(Self { n, m, jn, p, factors, w })
+        let w = gram(&p, m);
+        Some(Self { n, m, jn, p, w, factors })
     }
 
-    /// `W P'` by columns.
+    /// `W P'` by rows.
     #[inline(always)]
-    fn w_pt(&self) -> [Row6; C] {
-        let mut out = [[0.0; 6]; C];
-        for i in 0..self.n {
+    fn w_pt(&self) -> Rows6<C> {
+        let mut out = [[0.0; C]; 6];
+        for r in 0..self.m {
             for j in 0..self.m {
-                let p = self.p[i][j];
-                for r in 0..self.m {
-                    out[i][r] += p * self.w[j][r];
+                for i in 0..C {
+                    out[r][i] += self.w[r][j] * self.p[j][i];
                 }
             }
         }
         out
     }
 
-    /// `(<dJ_k, dJ_l>, half the second derivative of b)` for k <= l, as two upper triangles.
     #[inline(always)]
-    fn second(&self, rows: &Rows, derivative: &JacobianDerivative<C>) -> ([[f64; C]; C], [[f64; C]; C]) {
+    fn second(&self, rows: &Rows, derivative: &JacobianDerivative<C>) -> Second<C> {
         let (n, m) = (self.n, self.m);
-        let mut norms = [[0.0; C]; C];
-        let mut curvature = [[0.0; C]; C];
-        let mut dj = [[[0.0; 6]; C]; C];
+        let mut out = Second { norms: [[0.0; C]; C], curvature: [[0.0; C]; C], slopes: [0.0; C] };
+        let mut dj = [[[0.0; C]; 6]; C];
         let mut omega = [[[0.0; 6]; 6]; C];
         let mut twice = [[[0.0; 6]; 6]; C]; // W Omega + (W Omega)'
         let mut turned = [[[0.0; 6]; 6]; C]; // (W Omega)'
         for k in 0..n {
             dj[k] = rows.normalised_derivative(derivative, k);
-            omega[k] = gram(&dj[k], &self.p, n, m);
+            omega[k] = product_transposed(&dj[k], &self.p, m);
             let product = multiply(&self.w, &omega[k], m);
             for r in 0..m {
                 for c in 0..m {
                     turned[k][r][c] = product[c][r];
                     twice[k][r][c] = product[r][c] + product[c][r];
                 }
+                out.slopes[k] += product[r][r];
             }
         }
         for k in 0..n {
@@ -112,38 +120,36 @@ impl<const C: usize> Factored<C> {
                         sums[c] += twice[k][r][c] * omega[l][r][c] + turned[l][r][c] * omega[k][r][c];
                     }
                 }
-                curvature[k][l] = sums.iter().sum();
-                let mut sums = [0.0; 6];
-                for i in 0..n {
-                    for c in 0..m {
-                        sums[c] += dj[k][i][c] * dj[l][i][c];
+                out.curvature[k][l] = sums.iter().sum();
+                let mut sums = [0.0; C];
+                for r in 0..m {
+                    for i in 0..C {
+                        sums[i] += dj[k][r][i] * dj[l][r][i];
                     }
                 }
-                norms[k][l] = sums.iter().sum();
+                out.norms[k][l] = sums.iter().sum();
             }
         }
         if n > m {
-            self.subtract_null_space(&self.factors.null_space(), &dj, &mut curvature);
+            self.subtract_null_space(&self.factors.null_space(), &dj, &mut out.curvature);
         }
-        (norms, curvature)
+        out
     }
 
     /// The term of redundant robots, `- <W dJ_k Z, W dJ_l Z>`.
     #[inline(always)]
-    fn subtract_null_space(&self, basis: &[[f64; C]; C], dj: &[[Row6; C]; C], curvature: &mut [[f64; C]; C]) {
+    fn subtract_null_space(&self, basis: &[[f64; C]; C], dj: &[Rows6<C>; C], curvature: &mut [[f64; C]; C]) {
         let (n, m) = (self.n, self.m);
         for z in 0..n - m {
             let mut moved = [[0.0; 6]; C]; // W dJ_k z
             for k in 0..n {
-                let mut along = [0.0; 6];
-                for i in 0..n {
-                    for r in 0..m {
-                        along[r] += dj[k][i][r] * basis[z][i];
-                    }
-                }
                 for r in 0..m {
+                    let mut along = 0.0;
+                    for i in 0..C {
+                        along += dj[k][r][i] * basis[z][i];
+                    }
                     for c in 0..m {
-                        moved[k][c] += self.w[r][c] * along[r];
+                        moved[k][c] += self.w[r][c] * along;
                     }
                 }
             }
@@ -182,7 +188,7 @@ impl ConditionNumber {
         let singular = Differential { status: Status::Singular, ..Differential::of((f64::INFINITY, f64::NAN, f64::NAN)) };
         let jn = self.rows.normalised(jacobian);
         let Some(factored) = Factored::new(jn, n, m) else { return singular };
-        let a = norm2(&jn, n, 0..m);
+        let a = norm2(&jn, 0..m);
         let b = (0..m).map(|r| factored.w[r][r]).sum::<f64>();
         let scale = 1.0 / (m * m) as f64;
         let mut out = Differential::of(self.outer(scale * a * b));
@@ -196,7 +202,7 @@ impl ConditionNumber {
         for i in 0..n {
             let mut y = [0.0; 6];
             for r in 0..m {
-                y[r] = 2.0 * scale * (b * jn[i][r] - a * w_pt[i][r]);
+                y[r] = 2.0 * scale * (b * jn[r][i] - a * w_pt[r][i]);
             }
             out.y[i] = self.rows.spread(&y);
         }
@@ -204,22 +210,21 @@ impl ConditionNumber {
             self.length_terms(&factored, &w_pt, a, b, &mut out);
         }
         if let (Order::Hessian, Some(derivative)) = (order, derivative) {
-            let (norms, curvature) = factored.second(&self.rows, derivative);
-            // d2(ab) = b d2a + a d2b + da_k db_l + da_l db_k; the slopes of a and b along dJ_k:
-            let (mut da, mut db) = ([0.0; C], [0.0; C]);
+            let second = factored.second(&self.rows, derivative);
+            // d2(ab) = b d2a + a d2b + da_k db_l + da_l db_k with da_k = 2 <J_n, dJ_k>, db_k = -2 tr(W Omega_k).
+            let mut da = [0.0; C];
             for k in 0..n {
                 let dj = self.rows.normalised_derivative(derivative, k);
-                for i in 0..n {
-                    for r in 0..m {
-                        da[k] += 2.0 * jn[i][r] * dj[i][r];
-                        db[k] -= 2.0 * w_pt[i][r] * dj[i][r];
+                for r in 0..m {
+                    for i in 0..C {
+                        da[k] += 2.0 * jn[r][i] * dj[r][i];
                     }
                 }
             }
             for k in 0..n {
                 for l in k..n {
-                    let product = da[k] * db[l] + da[l] * db[k];
-                    out.second[k][l] = scale * (2.0 * b * norms[k][l] + 2.0 * a * curvature[k][l] + product);
+                    let product = -2.0 * (da[k] * second.slopes[l] + da[l] * second.slopes[k]);
+                    out.second[k][l] = scale * (2.0 * b * second.norms[k][l] + 2.0 * a * second.curvature[k][l] + product);
                 }
             }
         }
@@ -229,12 +234,12 @@ impl ConditionNumber {
     /// With alpha and gamma the angular parts of a and b: `da/dL = 2 alpha / L`, `db/dL = -2 gamma / L` (at full row rank, the pseudo-inverse of
     /// `D J` is `J^+ D^-1`).
     #[inline(always)]
-    fn length_terms<const C: usize>(&self, factored: &Factored<C>, w_pt: &[Row6; C], a: f64, b: f64, out: &mut Differential<C>) {
+    fn length_terms<const C: usize>(&self, factored: &Factored<C>, w_pt: &Rows6<C>, a: f64, b: f64, out: &mut Differential<C>) {
         let (n, m, jn, p, w) = (factored.n, factored.m, &factored.jn, &factored.p, &factored.w);
         let angular = self.rows.angular();
         let length = self.rows.length;
-        let alpha = norm2(jn, n, 0..angular);
-        let gamma = norm2(p, n, 0..angular);
+        let alpha = norm2(jn, 0..angular);
+        let gamma = norm2(p, 0..angular);
         let scale = 1.0 / (m * m) as f64;
         out.length_slope = 2.0 * scale / length * (alpha * b - a * gamma);
         out.length_curvature = scale / (length * length) * (2.0 * alpha * b - 8.0 * alpha * gamma + 6.0 * a * gamma);
@@ -243,10 +248,10 @@ impl ConditionNumber {
             for r in 0..m {
                 let mut w_angular_pt = 0.0; // (W Pi P')_ri with Pi the angular rows
                 for j in 0..angular {
-                    w_angular_pt += w[r][j] * p[i][j];
+                    w_angular_pt += w[r][j] * p[j][i];
                 }
                 let own = if r < angular { b } else { 0.0 };
-                y[r] = 4.0 * scale / length * ((own - gamma) * jn[i][r] - alpha * w_pt[i][r] + a * w_angular_pt);
+                y[r] = 4.0 * scale / length * ((own - gamma) * jn[r][i] - alpha * w_pt[r][i] + a * w_angular_pt);
             }
             out.length_y[i] = self.rows.spread(&y);
         }
@@ -280,10 +285,10 @@ pub fn length_of_least_condition<const C: usize>(rows: &Rows, jacobian: &Jacobia
     }
     let unit = rows.with_length(1.0);
     let factored = Factored::new(unit.normalised(jacobian), n, m)?;
-    let a = norm2(&factored.jn, n, 0..angular);
-    let b = norm2(&factored.jn, n, angular..m);
-    let c = norm2(&factored.p, n, 0..angular);
-    let d = norm2(&factored.p, n, angular..m);
+    let a = norm2(&factored.jn, 0..angular);
+    let b = norm2(&factored.jn, angular..m);
+    let c = norm2(&factored.p, 0..angular);
+    let d = norm2(&factored.p, angular..m);
     let length = (b * c / (a * d)).sqrt().sqrt();
     (length.is_finite() && length > 0.0).then_some(length)
 }

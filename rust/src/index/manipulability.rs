@@ -6,7 +6,7 @@ use super::evaluate::{Differential, JacobianIndex, Order, Status};
 use super::rows::Rows;
 use crate::kinematics::{Jacobian, JacobianDerivative};
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::{Row6, gram};
+use crate::linalg::{Rows6, product_transposed};
 
 /// `w = sqrt(det(J_n J_n'))`, or its square: 0 at a singular posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,7 +41,7 @@ impl Manipulability {
         }
         let p = factors.pseudo_inverse();
         for i in 0..n {
-            out.y[i] = self.rows.spread(&p[i]);
+            out.y[i] = self.rows.spread(&std::array::from_fn(|r| p[r][i]));
         }
         if with_length {
             // ln w = (angular rows) ln L + a part free of L; d(w)/dq scales alike, so Y of ln w does not depend on L.
@@ -59,7 +59,7 @@ impl Manipulability {
     fn second<const C: usize>(
         &self,
         factors: &Orthogonal<C>,
-        p: &[Row6; C],
+        p: &Rows6<C>,
         derivative: &JacobianDerivative<C>,
         m: usize,
         second: &mut [[f64; C]; C],
@@ -67,7 +67,7 @@ impl Manipulability {
         let n = derivative.n();
         let mut omega = [[[0.0; 6]; 6]; C];
         for k in 0..n {
-            omega[k] = gram(&self.rows.normalised_derivative(derivative, k), p, n, m);
+            omega[k] = product_transposed(&self.rows.normalised_derivative(derivative, k), p, m);
         }
         for k in 0..n {
             for l in k..n {
@@ -90,9 +90,9 @@ impl Manipulability {
             for k in 0..n {
                 let dj = self.rows.normalised_derivative(derivative, k);
                 for r in 0..m {
-                    let along: f64 = (0..n).map(|i| dj[i][r] * basis[z][i]).sum();
+                    let along: f64 = (0..n).map(|i| dj[r][i] * basis[z][i]).sum();
                     for i in 0..n {
-                        moved[k][i] += p[i][r] * along;
+                        moved[k][i] += p[r][i] * along;
                     }
                 }
             }

@@ -147,7 +147,11 @@ impl Objective {
                 }
                 _ => {
                     if let Some(rows) = index.rows().filter(|rows| rows.count() > n) {
-                        return Err(Error::value("rows", format!("{:?}", rows.indices()), &format!("at most {n} rows, the number of joints")));
+                        return Err(Error::value(
+                            "rows",
+                            format!("{:?}", rows.indices()),
+                            &format!("at most {n} rows, the number of joints"),
+                        ));
                     }
                 }
             }

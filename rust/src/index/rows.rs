@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, check_positive};
 use crate::kinematics::{Jacobian, JacobianDerivative};
-use crate::linalg::Row6;
+use crate::linalg::{Row6, Rows6};
 
 /// The rows in use and the length: `J_n = [L A; B]` restricted to the rows (Leger 2014, eq. 2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,40 +58,35 @@ impl Rows {
         if row < 3 { self.length } else { 1.0 }
     }
 
-    /// The rows in use of a twist, the angular ones times the length.
+    /// `J_n` by rows.
     #[inline(always)]
-    pub fn normalise(&self, column: &Row6) -> Row6 {
-        let mut out = [0.0; 6];
+    pub fn normalised<const C: usize>(&self, jacobian: &Jacobian<C>) -> Rows6<C> {
+        self.select(jacobian.n(), |i, row| if row < 3 { jacobian.w[i][row] } else { jacobian.v[i][row - 3] })
+    }
+
+    /// `dJ_n/dq_k` by rows.
+    #[inline(always)]
+    pub fn normalised_derivative<const C: usize>(&self, derivative: &JacobianDerivative<C>, k: usize) -> Rows6<C> {
+        self.select(derivative.n(), |i, row| derivative.columns[k][i][row])
+    }
+
+    #[inline(always)]
+    fn select<const C: usize>(&self, n: usize, entry: impl Fn(usize, usize) -> f64) -> Rows6<C> {
+        let mut out = [[0.0; C]; 6];
         if self.count == 6 {
             for r in 0..6 {
-                out[r] = self.scale(r) * column[r];
+                for i in 0..n {
+                    out[r][i] = if r < 3 { self.length * entry(i, r) } else { entry(i, r) };
+                }
             }
         } else {
-            for r in 0..self.count {
-                out[r] = self.scale(self.indices[r]) * column[self.indices[r]];
+            for (r, row) in self.indices().iter().enumerate() {
+                for i in 0..n {
+                    out[r][i] = self.scale(*row) * entry(i, *row);
+                }
             }
         }
         out
-    }
-
-    /// `J_n` by columns.
-    #[inline(always)]
-    pub fn normalised<const C: usize>(&self, jacobian: &Jacobian<C>) -> [Row6; C] {
-        let mut columns = [[0.0; 6]; C];
-        for i in 0..jacobian.n() {
-            columns[i] = self.normalise(&jacobian.column(i));
-        }
-        columns
-    }
-
-    /// `dJ_n/dq_k` by columns.
-    #[inline(always)]
-    pub fn normalised_derivative<const C: usize>(&self, derivative: &JacobianDerivative<C>, k: usize) -> [Row6; C] {
-        let mut columns = [[0.0; 6]; C];
-        for i in 0..derivative.n() {
-            columns[i] = self.normalise(&derivative.columns[k][i]);
-        }
-        columns
     }
 
     /// From `d(phi)/dJ_n` to `d(phi)/dJ`: puts the rows back and scales them again.

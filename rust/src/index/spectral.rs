@@ -7,8 +7,8 @@
 use super::evaluate::{Differential, JacobianIndex, Order, Status};
 use super::rows::Rows;
 use crate::kinematics::{Jacobian, JacobianDerivative};
-use crate::linalg::Row6;
 use crate::linalg::svd::Svd;
+use crate::linalg::{Row6, Rows6};
 
 /// Two singular values closer than this, relative to the larger, are taken as one.
 const GAP: f64 = 1e-9;
@@ -67,15 +67,15 @@ impl Spectral {
 
 /// `B = U' dJ V` and `dJ` along the null space: rows i < m, columns j < n.
 #[inline(always)]
-fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &[Row6; C], n: usize, m: usize) -> [[f64; C]; 6] {
+fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &Rows6<C>, n: usize, m: usize) -> [[f64; C]; 6] {
     let mut b = [[0.0; C]; 6];
     for i in 0..m {
         let mut row = [0.0; C]; // u_i' dJ
         for j in 0..n {
-            row[j] = (0..m).map(|r| svd.u[i][r] * dj[j][r]).sum();
+            row[j] = (0..m).map(|r| svd.u[i][r] * dj[r][j]).sum();
         }
         for j in 0..m {
-            b[i][j] = (0..n).map(|s| row[s] * svd.v[s][j]).sum();
+            b[i][j] = (0..n).map(|s| row[s] * svd.v[j][s]).sum();
         }
         for j in m..n {
             b[i][j] = (0..n).map(|s| row[s] * null[j - m][s]).sum();
@@ -137,7 +137,7 @@ impl JacobianIndex for Spectral {
             let mut y = [0.0; 6];
             for s in 0..m {
                 for r in 0..m {
-                    y[r] += c[s] / sigma[s] * svd.u[s][r] * svd.v[i][s];
+                    y[r] += c[s] / sigma[s] * svd.u[s][r] * svd.v[s][i];
                 }
             }
             out.y[i] = self.rows.spread(&y);
@@ -153,8 +153,7 @@ impl JacobianIndex for Spectral {
             }
             for k in 0..n {
                 for l in k..n {
-                    out.second[k][l] =
-                        if out.status == Status::Repeated { f64::NAN } else { second(&c, &sigma, &b[k], &b[l], n, m) };
+                    out.second[k][l] = if out.status == Status::Repeated { f64::NAN } else { second(&c, &sigma, &b[k], &b[l], n, m) };
                 }
             }
         }
@@ -164,13 +163,11 @@ impl JacobianIndex for Spectral {
 
 /// Derivatives with the length: `dJ_n/dL = Pi J_n / L` is one more direction, whose own second derivative is zero.
 #[inline(always)]
-fn length_terms<const C: usize>(rows: &Rows, svd: &Svd<C>, c: &Row6, jn: &[Row6; C], n: usize, out: &mut Differential<C>) {
+fn length_terms<const C: usize>(rows: &Rows, svd: &Svd<C>, c: &Row6, jn: &Rows6<C>, n: usize, out: &mut Differential<C>) {
     let (m, angular, length) = (rows.count(), rows.angular(), rows.length);
-    let mut along = [[0.0; 6]; C];
-    for i in 0..n {
-        for r in 0..angular {
-            along[i][r] = jn[i][r] / length;
-        }
+    let mut along = [[0.0; C]; 6];
+    for r in 0..angular {
+        along[r] = jn[r].map(|x| x / length);
     }
     let sigma = &svd.sigma;
     let null = svd.null_space();
@@ -186,11 +183,11 @@ fn length_terms<const C: usize>(rows: &Rows, svd: &Svd<C>, c: &Row6, jn: &[Row6;
     for i in 0..n {
         let mut y = [0.0; 6];
         for r in 0..m {
-            let mut unit = [[0.0; 6]; C];
-            unit[i][r] = 1.0;
+            let mut unit = [[0.0; C]; 6];
+            unit[r][i] = 1.0;
             y[r] = second(c, sigma, &b, &projected(svd, &null, &unit, n, m), n, m);
             if r < angular {
-                y[r] += (0..m).map(|s| c[s] / sigma[s] * svd.u[s][r] * svd.v[i][s]).sum::<f64>() / length;
+                y[r] += (0..m).map(|s| c[s] / sigma[s] * svd.u[s][r] * svd.v[s][i]).sum::<f64>() / length;
             }
         }
         out.length_y[i] = rows.spread(&y);

@@ -3,7 +3,7 @@
 use crate::kinematics::{forward, jacobian};
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::vector::{Vec3, norm};
-use crate::linalg::{Mat6, Row6, gram, size};
+use crate::linalg::{Mat6, Row6, Rows6, gram, size};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
 
@@ -19,11 +19,11 @@ pub struct Reach {
     pub iterations: usize,
 }
 
-/// `A' (A A' + damping 1)^-1 b` for the m x n matrix with columns `columns`: bounded by |b| / (2 sqrt(damping)).
+/// `A' (A A' + damping 1)^-1 b` for the m x n matrix `rows`: bounded by |b| / (2 sqrt(damping)).
 #[inline(always)]
-pub fn damped_step<const C: usize>(columns: &[Row6; C], b: &Row6, damping: f64, n: usize, m: usize) -> [f64; C] {
+pub fn damped_step<const C: usize>(rows: &Rows6<C>, b: &Row6, damping: f64, n: usize, m: usize) -> [f64; C] {
     let n = size::<C>(n);
-    let mut a: Mat6 = gram(columns, columns, n, m);
+    let mut a: Mat6 = gram(rows, m);
     for r in 0..m {
         a[r][r] += damping;
     }
@@ -31,7 +31,7 @@ pub fn damped_step<const C: usize>(columns: &[Row6; C], b: &Row6, damping: f64, 
     if let Some(factor) = Cholesky::new(&a, m) {
         let x = factor.solve(b);
         for i in 0..n {
-            step[i] = (0..m).map(|r| columns[i][r] * x[r]).sum();
+            step[i] = (0..m).map(|r| rows[r][i] * x[r]).sum();
         }
     }
     step
@@ -68,7 +68,7 @@ pub fn reach<const C: usize>(
         last = error;
         let directions = task.directions(&tool, length);
         let b = directions.reduce(w, v);
-        let reduced = directions.columns(&columns);
+        let reduced = directions.rows(&columns);
         let square: f64 = b.iter().map(|x| x * x).sum();
         let scale: f64 = reduced.iter().flatten().map(|x| x * x).sum();
         let step = damped_step(&reduced, &b, 0.05 * square + LEAST_DAMPING * scale, n, task.dimension());

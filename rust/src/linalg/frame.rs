@@ -51,14 +51,7 @@ impl Frame {
     #[inline(always)]
     pub fn turn_z(&self, cosine: f64, sine: f64) -> Self {
         let [x, y, z] = self.axes;
-        Self {
-            axes: [
-                add(scale(cosine, x), scale(sine, y)),
-                add(scale(-sine, x), scale(cosine, y)),
-                z,
-            ],
-            origin: self.origin,
-        }
+        Self { axes: [add(scale(cosine, x), scale(sine, y)), add(scale(-sine, x), scale(cosine, y)), z], origin: self.origin }
     }
 
     /// Rotation about the unit vector `axis` by `angle` [rad].
@@ -86,7 +79,11 @@ impl Frame {
         let (x, y, z) = (column(0), column(1), column(2));
         let defect = [dot(x, x) - 1.0, dot(y, y) - 1.0, dot(z, z) - 1.0, dot(x, y), dot(y, z), dot(z, x), dot(cross(x, y), z) - 1.0];
         if let Some(worst) = defect.into_iter().find(|d| d.abs() > ORTHOGONALITY) {
-            return Err(Error::value(name, format!("a matrix whose rotation part is off by {worst:.3e}"), "an orthogonal rotation of determinant +1"));
+            return Err(Error::value(
+                name,
+                format!("a matrix whose rotation part is off by {worst:.3e}"),
+                "an orthogonal rotation of determinant +1",
+            ));
         }
         let x = scale(1.0 / norm(x), x);
         let z = cross(x, y);
@@ -116,7 +113,15 @@ impl Frame {
 
 /// Sine and cosine of a constant angle, with the rounding of pi removed: a right angle written in radians or degrees gives exact zeros.
 pub fn exact_sin_cos(angle: f64) -> (f64, f64) {
-    let snap = |x: f64| if x.abs() < 1e-15 { 0.0 } else if (x.abs() - 1.0).abs() < 1e-15 { x.signum() } else { x };
+    let snap = |x: f64| {
+        if x.abs() < 1e-15 {
+            0.0
+        } else if (x.abs() - 1.0).abs() < 1e-15 {
+            x.signum()
+        } else {
+            x
+        }
+    };
     let (s, c) = angle.sin_cos();
     (snap(s), snap(c))
 }

@@ -2,7 +2,7 @@
 //! singular values (Demmel and Veselic, 1992), no allocation.
 
 use super::orthogonal::Orthogonal;
-use super::{Row6, size};
+use super::{Row6, Rows6, size};
 
 /// More sweeps than any 6 x 6 matrix needs (quadratic convergence sets in after three or four).
 const MAX_SWEEPS: usize = 30;
@@ -16,22 +16,19 @@ pub struct Svd<const C: usize> {
     pub sigma: Row6,
     /// Left vector `i` in row `i`.
     pub u: [Row6; 6],
-    /// Right vectors i < m by rows of the matrix V: entry `[j][i]` is component j of vector i.
-    pub v: [Row6; C],
+    /// Right vector `i` < m in row `i`.
+    pub v: Rows6<C>,
 }
 
 impl<const C: usize> Svd<C> {
-    /// Of the matrix whose columns are the first m entries of the n rows `a`.
+    /// Of the m x n matrix `a`, by rows.
     #[inline(always)]
-    pub fn new(a: &[Row6; C], n: usize, m: usize) -> Self {
+    pub fn new(a: &Rows6<C>, n: usize, m: usize) -> Self {
         let n = size::<C>(n);
         // Rotate the columns of A' until they are orthogonal: A' Y = V S. Then A = Y S V'.
-        let mut columns = [[0.0; C]; 6];
+        let mut columns = *a;
         let mut y = [[0.0; 6]; 6];
         for c in 0..m {
-            for i in 0..n {
-                columns[c][i] = a[i][c];
-            }
             y[c][c] = 1.0;
         }
         orthogonalise(&mut columns, &mut y, m);
@@ -41,12 +38,12 @@ impl<const C: usize> Svd<C> {
         }
         let mut order = [0, 1, 2, 3, 4, 5];
         order[..m].sort_unstable_by(|i, j| sigma[*j].total_cmp(&sigma[*i]));
-        let mut out = Self { n, m, sigma: [0.0; 6], u: [[0.0; 6]; 6], v: [[0.0; 6]; C] };
+        let mut out = Self { n, m, sigma: [0.0; 6], u: [[0.0; 6]; 6], v: [[0.0; C]; 6] };
         for (to, from) in order[..m].iter().enumerate() {
             out.sigma[to] = sigma[*from];
             out.u[to] = y[*from];
-            for i in 0..n {
-                out.v[i][to] = if sigma[*from] > 0.0 { columns[*from][i] / sigma[*from] } else { 0.0 };
+            if sigma[*from] > 0.0 {
+                out.v[to] = columns[*from].map(|x| x / sigma[*from]);
             }
         }
         out

@@ -73,11 +73,8 @@ fn subproblem(gradient: &DVector<f64>, hessian: &DMatrix<f64>, radius: f64) -> (
     let scale = eigen.eigenvalues.amax().max(f64::MIN_POSITIVE);
     let lowest = eigen.eigenvalues.min();
     let flat = |i: usize| eigen.eigenvalues[i].abs() <= FLAT * scale && slope[i].abs() <= 1e-10 * gradient.norm();
-    let at = |shift: f64| {
-        DVector::from_fn(n, |i, _| {
-            if flat(i) { 0.0 } else { -slope[i] / (eigen.eigenvalues[i] + shift).max(FLAT * scale) }
-        })
-    };
+    let at =
+        |shift: f64| DVector::from_fn(n, |i, _| if flat(i) { 0.0 } else { -slope[i] / (eigen.eigenvalues[i] + shift).max(FLAT * scale) });
     let mut shift = if lowest > -FLAT * scale { 0.0 } else { -lowest };
     let mut step = at(shift);
     if step.norm() > radius {
@@ -88,7 +85,11 @@ fn subproblem(gradient: &DVector<f64>, hessian: &DMatrix<f64>, radius: f64) -> (
             if (norm - radius).abs() <= 1e-3 * radius {
                 break;
             }
-            if norm > radius { low = shift } else { high = shift }
+            if norm > radius {
+                low = shift
+            } else {
+                high = shift
+            }
             let bend: f64 = (0..n).map(|i| step[i] * step[i] / (eigen.eigenvalues[i] + shift).max(FLAT * scale)).sum();
             let newton = shift + (norm - radius) / radius * norm * norm / bend;
             shift = if newton > low && newton < high { newton } else { 0.5 * (low + high) };

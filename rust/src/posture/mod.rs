@@ -118,7 +118,11 @@ pub fn minimum_condition(robot: &Robot, q0: &[f64], rows: Rows, length: Length, 
         return Err(Error::value("rows", format!("{:?}", rows.indices()), &format!("at most {n} rows, the number of joints")));
     }
     if free && (rows.angular() == 0 || rows.angular() == rows.count()) {
-        return Err(Error::value("rows", format!("{:?}", rows.indices()), "angular and linear rows, or a fixed length: there is nothing to homogenise"));
+        return Err(Error::value(
+            "rows",
+            format!("{:?}", rows.indices()),
+            "angular and linear rows, or a fixed length: there is nothing to homogenise",
+        ));
     }
     let mut x = q0.to_vec();
     if let Length::Variable(start) = length {

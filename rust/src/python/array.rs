@@ -35,9 +35,9 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
     static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
     let function = ASARRAY.import(py, "numpy", "asarray")?;
-    let array = function
-        .call1((value, "float64"))
-        .map_err(|_| PyErr::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers")))?;
+    let array = function.call1((value, "float64")).map_err(|_| {
+        PyErr::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers"))
+    })?;
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
@@ -67,7 +67,9 @@ pub fn read_vector(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut 
             buffer[..n].copy_from_slice(&row[..n]);
             Ok(())
         }
-        Rows::Many(rows) => Err(Error::Shape { name: name.into(), got: format!("({}, {n})", rows.len() / n), expected: format!("({n},)") }.into()),
+        Rows::Many(rows) => {
+            Err(Error::Shape { name: name.into(), got: format!("({}, {n})", rows.len() / n), expected: format!("({n},)") }.into())
+        }
     }
 }
 
@@ -103,30 +105,49 @@ pub fn read_rows(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Row
 /// Numbers of any shape, NaN and infinities allowed: for constructors.
 pub fn read_any(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let array = as_array(name, value)?;
-    let numbers = array.try_readonly().map_err(|e| PyErr::from(Error::value(name, e, "a readable array")))?.as_array().iter().copied().collect();
+    let numbers =
+        array.try_readonly().map_err(|e| PyErr::from(Error::value(name, e, "a readable array")))?.as_array().iter().copied().collect();
     Ok((numbers, array.shape().to_vec()))
 }
 
 /// A vector of any length.
 pub fn read_list(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let (numbers, shape) = read_any(name, value)?;
-    if shape.len() == 1 { Ok(numbers) } else { Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(n,)".into() }.into()) }
+    if shape.len() == 1 {
+        Ok(numbers)
+    } else {
+        Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(n,)".into() }.into())
+    }
 }
 
 /// A 4 x 4 matrix by rows.
 pub fn read_matrix(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let (numbers, shape) = read_any(name, value)?;
-    if shape == [4, 4] { Ok(numbers) } else { Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(4, 4)".into() }.into()) }
+    if shape == [4, 4] {
+        Ok(numbers)
+    } else {
+        Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(4, 4)".into() }.into())
+    }
 }
 
 /// A new array, or the caller's `out` after a check of its type, shape, order and writability.
 #[inline(always)]
-pub fn output<'py, const D: usize>(py: Python<'py>, out: Option<&Bound<'py, PyAny>>, shape: [usize; D]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub fn output<'py, const D: usize>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    shape: [usize; D],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let Some(out) = out else {
         // SAFETY: every kernel writes every element before the array is handed out.
         return Ok(unsafe { PyArrayDyn::<f64>::new(py, &shape[..], false) });
     };
-    let wrong = |got: String| PyErr::from(Error::Shape { name: "out".into(), got, expected: format!("a writable C-contiguous float64 array of shape {}", shape_of(&shape)) });
+    let wrong = |got: String| {
+        PyErr::from(Error::Shape {
+            name: "out".into(),
+            got,
+            expected: format!("a writable C-contiguous float64 array of shape {}", shape_of(&shape)),
+        })
+    };
     let array = out.cast::<PyArrayDyn<f64>>().map_err(|_| wrong(format!("{}", out.get_type())))?;
     if array.shape() != shape {
         return Err(wrong(shape_of(array.shape())));

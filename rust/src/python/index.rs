@@ -146,7 +146,14 @@ impl PyObjective {
     /// the smallest singular value) and the derivatives are NaN. Where singular values coincide, spectral indices return one of their
     /// one-sided gradients and a NaN Hessian. `status` tells which.
     #[pyo3(signature = (robot, q, order=2, with_length=false))]
-    fn evaluate<'py>(&self, py: Python<'py>, robot: &Bound<'py, PyRobot>, q: &Bound<'py, PyAny>, order: i64, with_length: bool) -> PyResult<Bound<'py, PyAny>> {
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        robot: &Bound<'py, PyRobot>,
+        q: &Bound<'py, PyAny>,
+        order: i64,
+        with_length: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let order = self::order(order)?;
         self.check_length(with_length)?;
         let robot = &*robot.get().robot;
@@ -200,7 +207,14 @@ impl PyObjective {
     /// tuple of arrays
     ///     (N,), and (N, n), and (N, n, n), as far as `order` asks.
     #[pyo3(signature = (robot, q, order=2, threads=None))]
-    fn evaluate_many<'py>(&self, py: Python<'py>, robot: &Bound<'py, PyRobot>, q: &Bound<'py, PyAny>, order: i64, threads: Option<usize>) -> PyResult<Bound<'py, PyTuple>> {
+    fn evaluate_many<'py>(
+        &self,
+        py: Python<'py>,
+        robot: &Bound<'py, PyRobot>,
+        q: &Bound<'py, PyAny>,
+        order: i64,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
         let order = self::order(order)?;
         let robot = &*robot.get().robot;
         ok(self.objective.check(robot))?;
@@ -266,7 +280,12 @@ impl PyObjective {
     }
 
     fn __repr__(&self) -> String {
-        let terms: Vec<String> = self.objective.terms().iter().map(|(w, index)| if *w == 1.0 { format!("{index:?}") } else { format!("{w} * {index:?}") }).collect();
+        let terms: Vec<String> = self
+            .objective
+            .terms()
+            .iter()
+            .map(|(w, index)| if *w == 1.0 { format!("{index:?}") } else { format!("{w} * {index:?}") })
+            .collect();
         terms.join(" + ")
     }
 }
@@ -286,7 +305,15 @@ impl PyObjective {
         self.many_in(py, None, robot, rows, order, with_length)
     }
 
-    fn many_in<'py>(&self, py: Python<'py>, pool: Option<&rayon::ThreadPool>, robot: &Robot, rows: &[f64], order: Order, with_length: bool) -> PyResult<Bound<'py, PyTuple>> {
+    fn many_in<'py>(
+        &self,
+        py: Python<'py>,
+        pool: Option<&rayon::ThreadPool>,
+        robot: &Robot,
+        rows: &[f64],
+        order: Order,
+        with_length: bool,
+    ) -> PyResult<Bound<'py, PyTuple>> {
         let n = robot.n();
         let count = rows.len() / n;
         let size = n + usize::from(with_length);

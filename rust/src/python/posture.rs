@@ -112,7 +112,12 @@ pub fn rms_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>) -> PyResult<
 /// length : float
 ///     Height of the tetrahedron [m].
 #[pyfunction]
-pub fn planar_tetrahedron<'py>(py: Python<'py>, robot: &Bound<'py, PyRobot>, q: &Bound<'py, PyAny>, length: f64) -> PyResult<Bound<'py, PyDict>> {
+pub fn planar_tetrahedron<'py>(
+    py: Python<'py>,
+    robot: &Bound<'py, PyRobot>,
+    q: &Bound<'py, PyAny>,
+    length: f64,
+) -> PyResult<Bound<'py, PyDict>> {
     let robot = robot.get();
     let q = posture_of(robot, "q", q)?;
     let columns = jacobian::<MAX_JOINTS>(&robot.robot, &q).1;

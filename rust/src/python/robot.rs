@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::array::{map_rows, ok, output, elements, read_any, read_list, read_matrix, read_vector, vector};
+use super::array::{elements, map_rows, ok, output, read_any, read_list, read_matrix, read_vector, vector};
 use crate::error::Error;
 use crate::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use crate::linalg::MAX_JOINTS;
@@ -39,7 +39,8 @@ fn frame(name: &str, value: Maybe<'_, '_>) -> PyResult<Option<Frame>> {
 
 fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
     let mut limits = robot.limits().clone();
-    let slots = [("q_min", &mut limits.q_min), ("q_max", &mut limits.q_max), ("qd_max", &mut limits.qd_max), ("qdd_max", &mut limits.qdd_max)];
+    let slots =
+        [("q_min", &mut limits.q_min), ("q_max", &mut limits.q_max), ("qd_max", &mut limits.qd_max), ("qdd_max", &mut limits.qdd_max)];
     for ((name, slot), value) in slots.into_iter().zip(given) {
         if let Some(value) = value {
             *slot = read_list(name, value)?;
@@ -281,7 +282,12 @@ impl PyRobot {
 
     /// Derivative of the Jacobian, shape (6, n, n) (batch: (N, 6, n, n)): ``[:, i, k]`` is dJ_i/dq_k (Leger 2014, eq. 3.10 to 3.22).
     #[pyo3(signature = (q, out=None))]
-    fn jacobian_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian_derivative<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let robot = &*self.robot;
         let n = robot.n();
         fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
@@ -293,7 +299,12 @@ impl PyRobot {
     /// Second derivative of the Jacobian, shape (6, n, n, n) (batch: (N, 6, n, n, n)): ``[:, i, k, l]`` is d2J_i/dq_k dq_l
     /// (Leger 2014, eq. 3.41, 3.42).
     #[pyo3(signature = (q, out=None))]
-    fn jacobian_second_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian_second_derivative<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let robot = &*self.robot;
         let n = robot.n();
         fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
@@ -304,7 +315,13 @@ impl PyRobot {
 
     /// Time derivative of the Jacobian at rates ``qd``, shape (6, n); one posture at a time.
     #[pyo3(signature = (q, qd, out=None))]
-    fn jacobian_rate<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, qd: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian_rate<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.robot.n();
         let (mut posture, mut rates) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
         read_vector("q", q, n, &mut posture)?;
@@ -369,7 +386,14 @@ impl PyRobot {
             .into_pyobject(py)?;
         match robot.dh() {
             Some(t) => {
-                let head = (vector(py, &t.a), vector(py, &t.d), vector(py, &t.alpha), vector(py, &t.theta), robot.joint_letters(), t.convention.name());
+                let head = (
+                    vector(py, &t.a),
+                    vector(py, &t.d),
+                    vector(py, &t.alpha),
+                    vector(py, &t.theta),
+                    robot.joint_letters(),
+                    t.convention.name(),
+                );
                 Ok((class.getattr("from_dh")?, head.into_pyobject(py)?.add(tail)?))
             }
             None => {

@@ -186,7 +186,13 @@ impl PyOrthogonalSqp {
     /// Where the task's Jacobian is nearly singular the step is damped (shortest over longest orthogonal row below 1e-4) and the objective is left
     /// aside. No allocation but that of the result.
     #[pyo3(signature = (q, twist, out=None))]
-    fn step<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, twist: &Bound<'py, PyAny>, out: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        twist: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
         let q = self.posture("q", q)?;
         let mut desired = [0.0; 6];
@@ -241,7 +247,14 @@ impl PyOrthogonalSqp {
     /// iterations : int
     ///     Steps.
     #[pyo3(signature = (target, q0=None, starts=64, seed=0))]
-    fn solve<'py>(&self, py: Python<'py>, target: &Bound<'py, PyAny>, q0: Option<&Bound<'py, PyAny>>, starts: usize, seed: u64) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &'static str, usize)> {
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        target: &Bound<'py, PyAny>,
+        q0: Option<&Bound<'py, PyAny>>,
+        starts: usize,
+        seed: u64,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &'static str, usize)> {
         let target = self.target(target)?;
         let n = self.solver.robot().n();
         let solver = &self.solver;
@@ -283,7 +296,14 @@ impl PyOrthogonalSqp {
         py: Python<'py>,
         targets: &Bound<'py, PyAny>,
         q0: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<&'static str>, usize)> {
+    ) -> PyResult<(
+        Bound<'py, PyArrayDyn<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Vec<&'static str>,
+        usize,
+    )> {
         let targets = self.targets("targets", targets)?;
         let q = self.posture("q0", q0)?;
         let n = self.solver.robot().n();

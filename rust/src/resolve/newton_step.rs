@@ -11,7 +11,7 @@ use crate::kinematics::{Jacobian, jacobian_rate};
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::vector::dot;
-use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::optimize::qp::{self, MAX_ROWS, MAX_VARIABLES, QpStatus, Row};
 use crate::task::Directions;
 
@@ -79,13 +79,13 @@ pub struct NewtonStep<const C: usize> {
 pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
     let n = known.jacobian.n();
     let m = known.directions.dimension();
-    let columns = known.directions.columns(known.jacobian);
+    let rows = known.directions.rows(known.jacobian);
     let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, price: 0.0, status: StepStatus::Regular };
-    let factors = Orthogonal::new(&columns, n, m);
+    let factors = Orthogonal::new(&rows, n, m);
     if m > n || factors.spread() < NEARLY_SINGULAR {
-        let scale: f64 = columns.iter().flatten().map(|x| x * x).sum();
+        let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
         let damping = scale * NEARLY_SINGULAR * NEARLY_SINGULAR;
-        out.dq = damped_step(&columns, &known.wanted, damping, n, m);
+        out.dq = damped_step(&rows, &known.wanted, damping, n, m);
         out.status = StepStatus::Damped;
         clip(&mut out, bounds, n);
         return out;
@@ -93,11 +93,12 @@ pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> 
     let p = factors.pseudo_inverse();
     let mut dv = [0.0; C];
     for i in 0..n {
-        dv[i] = (0..m).map(|r| p[i][r] * known.wanted[r]).sum();
+        dv[i] = (0..m).map(|r| p[r][i] * known.wanted[r]).sum();
     }
     out.dq = dv;
     let objective = known.objective;
-    let usable = objective.value.is_finite() && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
+    let usable = objective.value.is_finite()
+        && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
     if n > m && usable {
         let reduced = reduce(known, &factors.null_space(), &p, &dv, n, m);
         out.price = reduced.price;
@@ -119,13 +120,13 @@ struct Reduced<const C: usize> {
 }
 
 #[inline(always)]
-fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &[Row6; C], dv: &[f64; C], n: usize, m: usize) -> Reduced<C> {
+fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6<C>, dv: &[f64; C], n: usize, m: usize) -> Reduced<C> {
     let r = size::<C>(n) - m;
     let objective = known.objective;
     let mut lambda = [0.0; 6];
     for i in 0..n {
         for c in 0..m {
-            lambda[c] += p[i][c] * objective.gradient[i];
+            lambda[c] += p[c][i] * objective.gradient[i];
         }
     }
     let (force_w, force_v) = known.directions.expand(&lambda);

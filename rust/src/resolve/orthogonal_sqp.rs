@@ -64,7 +64,11 @@ impl OrthogonalSqp {
         settings.check()?;
         objective.check(&robot)?;
         if robot.n() < task.dimension() {
-            return Err(Error::value("robot", format!("a robot of {} joints", robot.n()), &format!("at least {} joints, the dimension of the task", task.dimension())));
+            return Err(Error::value(
+                "robot",
+                format!("a robot of {} joints", robot.n()),
+                &format!("at least {} joints, the dimension of the task", task.dimension()),
+            ));
         }
         Ok(Self { robot, task, objective, settings })
     }

@@ -88,12 +88,8 @@ impl OrthogonalSqp {
             iterations += 1;
             let directions = self.task.directions(&now.tool, self.settings.length);
             let (w, v) = self.task.error(&now.tool, target);
-            let known = Known {
-                jacobian: &now.jacobian,
-                objective: &now.objective,
-                directions: &directions,
-                wanted: directions.reduce(w, v),
-            };
+            let known =
+                Known { jacobian: &now.jacobian, objective: &now.objective, directions: &directions, wanted: directions.reduce(w, v) };
             let (low, high) = self.box_around::<C>(&now.q[..n]);
             let step = newton_step(&known, &Bounds { low, high, radius: RADIUS, gain: 1.0 });
             limited = step.status != StepStatus::Regular;
@@ -135,7 +131,10 @@ impl OrthogonalSqp {
             let promised = alpha * (1e-4 * slope - 0.1 * penalty * now.error);
             let better = if start.is_finite() { merit(&next) <= start + promised + slack } else { next.error <= now.error };
             // On the way to the target a full step that halves the error is always worth it: the merit's kink must not block it.
-            let restoring = alpha == 1.0 && next.objective.value.is_finite() && now.error > 1e-9 && next.error <= 0.5 * now.error
+            let restoring = alpha == 1.0
+                && next.objective.value.is_finite()
+                && now.error > 1e-9
+                && next.error <= 0.5 * now.error
                 && merit(&next) <= start + 0.1 * start.abs();
             if better || restoring {
                 return Some(next);

@@ -18,7 +18,12 @@ pub struct Limits {
 impl Limits {
     /// No limit on any of `n` joints.
     pub fn none(n: usize) -> Self {
-        Self { q_min: vec![f64::NEG_INFINITY; n], q_max: vec![f64::INFINITY; n], qd_max: vec![f64::INFINITY; n], qdd_max: vec![f64::INFINITY; n] }
+        Self {
+            q_min: vec![f64::NEG_INFINITY; n],
+            q_max: vec![f64::INFINITY; n],
+            qd_max: vec![f64::INFINITY; n],
+            qdd_max: vec![f64::INFINITY; n],
+        }
     }
 
     /// Lengths agree, nothing is NaN, lower below upper, rates above zero.
@@ -34,11 +39,7 @@ impl Limits {
         }
         for i in 0..n {
             if self.q_min[i] >= self.q_max[i] {
-                return Err(Error::value(
-                    &format!("q_min[{i}]"),
-                    self.q_min[i],
-                    &format!("a limit below q_max[{i}] = {}", self.q_max[i]),
-                ));
+                return Err(Error::value(&format!("q_min[{i}]"), self.q_min[i], &format!("a limit below q_max[{i}] = {}", self.q_max[i])));
             }
         }
         for (name, values) in &named[2..] {

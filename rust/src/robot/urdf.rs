@@ -60,7 +60,9 @@ fn chain<'a>(urdf: &'a urdf_rs::Robot, base: Option<&str>, tip: Option<&str>) ->
             }
             Some(_) => return Err(Error::Model("the joints of the URDF form a loop".into())),
             None => match base {
-                Some(name) => return Err(Error::value("base", format!("{name:?}"), &format!("a link on the way from the root to {tip:?}"))),
+                Some(name) => {
+                    return Err(Error::value("base", format!("{name:?}"), &format!("a link on the way from the root to {tip:?}")));
+                }
                 None => break,
             },
         }
@@ -92,12 +94,21 @@ impl Robot {
                 JointType::Revolute | JointType::Continuous => Joint::Revolute,
                 JointType::Prismatic => Joint::Prismatic,
                 JointType::Fixed => continue,
-                ref other => return Err(Error::Model(format!("joint {:?} is {other:?}: only revolute, continuous, prismatic and fixed joints form a serial robot", joint.name))),
+                ref other => {
+                    return Err(Error::Model(format!(
+                        "joint {:?} is {other:?}: only revolute, continuous, prismatic and fixed joints form a serial robot",
+                        joint.name
+                    )));
+                }
             };
             let axis = joint.axis.xyz.0;
             let length = norm(axis);
             if !(length > 0.0 && length.is_finite()) {
-                return Err(Error::value(&format!("axis of joint {:?}", joint.name), format!("{axis:?}"), "a finite vector that is not zero"));
+                return Err(Error::value(
+                    &format!("axis of joint {:?}", joint.name),
+                    format!("{axis:?}"),
+                    "a finite vector that is not zero",
+                ));
             }
             let align = z_onto(scale(1.0 / length, axis));
             joints.push(kind);

@@ -2,9 +2,9 @@
 
 use crate::error::{Error, Result, check_finite};
 use crate::kinematics::Jacobian;
-use crate::linalg::Row6;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, perpendicular, scale, sub};
+use crate::linalg::{Row6, Rows6};
 
 /// A task: which motions of the tool matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,12 +64,15 @@ impl Directions {
         (w, [components[self.count], components[self.count + 1], components[self.count + 2]])
     }
 
-    /// The Jacobian of the task by columns.
+    /// The Jacobian of the task by rows.
     #[inline(always)]
-    pub fn columns<const C: usize>(&self, jacobian: &Jacobian<C>) -> [Row6; C] {
-        let mut out = [[0.0; 6]; C];
+    pub fn rows<const C: usize>(&self, jacobian: &Jacobian<C>) -> Rows6<C> {
+        let mut out = [[0.0; C]; 6];
         for i in 0..jacobian.n() {
-            out[i] = self.reduce(jacobian.w[i], jacobian.v[i]);
+            let column = self.reduce(jacobian.w[i], jacobian.v[i]);
+            for r in 0..6 {
+                out[r][i] = column[r];
+            }
         }
         out
     }

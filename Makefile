@@ -1,0 +1,69 @@
+# Every target makes its own .venv and installs what it needs: Rust, Python and make are enough.
+.DEFAULT_GOAL := help
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+ifeq ($(OS),Windows_NT)
+BIN := $(VENV)/Scripts
+endif
+PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
+SOURCES := Cargo.toml Cargo.lock pyproject.toml $(shell find rust/src -name '*.rs')
+
+.PHONY: help demo test test-rust test-python lint bench bench-rust bench-python docs soak clean
+
+help: ## what there is to make
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/'
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) --upgrade pip
+
+# The package itself, in release, editable: rebuilt when a Rust source or a manifest changes.
+$(VENV)/built: $(BIN)/python $(SOURCES)
+	$(PIP) 'maturin>=1.16,<2'
+	$(BIN)/maturin develop --release --locked --extras plot
+	@touch $@
+
+$(VENV)/group-%: $(BIN)/python pyproject.toml
+	$(PIP) 'pip>=25.1'
+	$(PIP) --group $*
+	@touch $@
+
+demo: $(VENV)/built ## mill a helix with the free spin optimised; tables, trajectories and pictures in out/
+	$(BIN)/redundancy solve examples/helix_milling.toml --out out
+
+test: test-rust test-python ## every test
+
+test-rust: ## the core without Python, then documentation
+	cargo test --locked --no-default-features
+
+test-python: $(VENV)/built $(VENV)/group-test ## the package
+	$(BIN)/python -m pytest -q
+
+lint: $(VENV)/built $(VENV)/group-lint $(VENV)/group-test ## formatters, linters, types, stubs
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	cargo clippy --locked --features python -- -D warnings
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest redundancy._core --mypy-config-file pyproject.toml
+
+bench: bench-rust bench-python ## kernels by criterion, Python calls beside peers
+
+bench-rust:
+	cargo bench --locked
+
+bench-python: $(VENV)/built $(VENV)/group-bench
+	$(BIN)/python -m pytest benches/python -q --benchmark-columns=median,iqr,min --benchmark-sort=name -p no:cacheprovider -W default
+
+docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
+	$(BIN)/python docs/figures.py
+	$(BIN)/mkdocs build --strict
+
+soak: $(VENV)/built $(VENV)/group-test ## a million random bit patterns and a thousand reference postures recomputed
+	cargo test --locked --release --no-default-features -- --ignored
+	$(BIN)/python -m tests.reference.condition_mpmath --check
+
+clean: ## everything made
+	rm -rf $(VENV) out site target

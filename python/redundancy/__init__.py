@@ -1,0 +1,83 @@
+"""Resolve the redundancy of serial robots: exact condition-number derivatives, free tool spin, whole toolpaths.
+
+SI units and radians everywhere. Twists are [omega; v], angular part first, at the tool point, in the base frame; so are
+the rows of every Jacobian.
+
+Examples
+--------
+>>> import redundancy as rd
+>>> robot = rd.robots.get("fanuc_m710ic50_milling")
+>>> best = rd.minimum_condition_posture(robot, starts=8)
+>>> round(best.condition_number, 6)
+1.041202
+"""
+
+from . import robots
+from ._core import (
+    ConditionNumber,
+    CustomIndex,
+    JointLimits,
+    LimitBarrier,
+    Manipulability,
+    Objective,
+    OrthogonalSQP,
+    Robot,
+    SingularityParameter,
+    SmallestSingularValue,
+    Task,
+    __version__,
+    build_profile,
+    rms_length,
+)
+from .errors import (
+    InvalidValueError,
+    ModelError,
+    NonFiniteError,
+    RedundancyError,
+    ShapeError,
+    ToolpathError,
+    UnknownRobotError,
+)
+from .follow import follow
+from .posture import (
+    PlanarTetrahedron,
+    PostureResult,
+    characteristic_length,
+    minimum_condition_posture,
+    planar_tetrahedron,
+)
+from .toolpath import Toolpath
+from .trajectory import Trajectory
+
+__all__ = [
+    "ConditionNumber",
+    "CustomIndex",
+    "InvalidValueError",
+    "JointLimits",
+    "LimitBarrier",
+    "Manipulability",
+    "ModelError",
+    "NonFiniteError",
+    "Objective",
+    "OrthogonalSQP",
+    "PlanarTetrahedron",
+    "PostureResult",
+    "RedundancyError",
+    "Robot",
+    "ShapeError",
+    "SingularityParameter",
+    "SmallestSingularValue",
+    "Task",
+    "Toolpath",
+    "ToolpathError",
+    "Trajectory",
+    "UnknownRobotError",
+    "__version__",
+    "build_profile",
+    "characteristic_length",
+    "follow",
+    "minimum_condition_posture",
+    "planar_tetrahedron",
+    "rms_length",
+    "robots",
+]

@@ -1,0 +1,130 @@
+"""What ``redundancy solve`` tells and leaves behind."""
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from rich.table import Table
+
+from .trajectory import Trajectory
+
+
+def results_table(optimised: Trajectory, fixed: Trajectory | None, seconds: Sequence[float]) -> Table:
+    """Sum up a trajectory beside the one of fixed spin.
+
+    Parameters
+    ----------
+    optimised : Trajectory
+        With the spin that was chosen.
+    fixed : Trajectory or None
+        The same path without spin, where the task has one.
+    seconds : sequence of float
+        What solving took [s]: optimised, then fixed.
+
+    Returns
+    -------
+    Table
+        One column each, in deg, mm and ms.
+    """
+    table = Table(title=f"{optimised.robot.name}, {optimised.path.length:.3f} m of path", title_justify="left")
+    table.add_column()
+    trajectories = [optimised] if fixed is None else [fixed, optimised]
+    for header in ("optimised",) if fixed is None else ("fixed spin", "optimised spin"):
+        table.add_column(header, justify="right")
+    for label, describe in _ROWS.items():
+        table.add_row(label, *(describe(trajectory) for trajectory in trajectories))
+    times = list(seconds[:1]) if fixed is None else list(seconds[1::-1])
+    table.add_row("solved in", *(f"{1000.0 * time:.1f} ms" for time in times))
+    return table
+
+
+def _reached(trajectory: Trajectory) -> str:
+    return f"{len(trajectory) - len(trajectory.unreachable)} of {len(trajectory)}"
+
+
+def _margin(trajectory: Trajectory) -> str:
+    margins = trajectory.margins
+    if not np.isfinite(margins).any():
+        return "no limits"
+    joint = int(np.argmin(margins.min(axis=0)))
+    margin = margins[:, joint].min()
+    if trajectory.robot.joints[joint] == "P":
+        return f"{1000.0 * margin:.2f} mm, joint {joint + 1}"
+    return f"{np.rad2deg(margin):.2f} deg, joint {joint + 1}"
+
+
+def _speed(trajectory: Trajectory) -> str:
+    if trajectory.joint_speed is None:
+        return "no times"
+    speed = np.abs(trajectory.joint_speed).max(axis=0)
+    limited = np.isfinite(trajectory.robot.qd_max).any()
+    joint = int(np.argmax(speed / trajectory.robot.qd_max if limited else speed))
+    unit = "m/s" if trajectory.robot.joints[joint] == "P" else "rad/s"
+    share = f"{100.0 * speed[joint] / trajectory.robot.qd_max[joint]:.1f} %, " if limited else ""
+    return f"{share}{speed[joint]:.3f} {unit}, joint {joint + 1}"
+
+
+# What each row of the table tells of a trajectory; speeds are the largest in % of their limit.
+_ROWS: dict[str, Callable[[Trajectory], str]] = {
+    "points reached": _reached,
+    "max condition number": lambda t: f"{t.max_condition_number:.5f}",
+    "mean condition number": lambda t: f"{t.mean_condition_number:.5f}",
+    "limit margin": _margin,
+    "largest joint speed": _speed,
+    "max position error": lambda t: f"{1000.0 * t.position_error.max():.1e} mm",
+    "max axis error": lambda t: f"{np.rad2deg(t.axis_error.max()):.1e} deg",
+}
+
+
+def write_results(folder: Path, optimised: Trajectory, fixed: Trajectory | None, pictures: bool) -> list[str]:
+    """Write the trajectory in every format, and its pictures.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+    optimised : Trajectory
+        What is written.
+    fixed : Trajectory or None
+        Drawn beside it.
+    pictures : bool
+        Whether to draw.
+
+    Returns
+    -------
+    list of str
+        Names of the files.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    ImportError
+        If there is no matplotlib to draw with.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    # All is made in a folder of its own first: an error on the way leaves the old files as they were.
+    with TemporaryDirectory(dir=folder, prefix=".redundancy-") as temporary:
+        for ending in ("csv", "json", "pathx"):
+            optimised.write(Path(temporary, f"trajectory.{ending}"))
+        if pictures:
+            _draw(Path(temporary), optimised, fixed)
+        names = sorted(os.listdir(temporary))
+        for name in names:
+            os.replace(Path(temporary, name), folder / name)
+    return names
+
+
+def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None) -> None:
+    from . import plots
+
+    figures = {
+        "condition": plots.condition_along_path(optimised, fixed),
+        "joints": plots.joints_against_limits(optimised),
+    }
+    if fixed is not None:
+        figures["spin"] = plots.spin_along_path(optimised)
+    for name, figure in figures.items():
+        plots.save(figure, folder / f"{name}.png", folder / f"{name}.svg")

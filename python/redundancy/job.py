@@ -1,0 +1,224 @@
+"""Job files: a robot, an objective, a task and a path in one TOML file.
+
+::
+
+    robot = "fanuc_m710ic50_milling"     # a packaged robot, or a .toml or .urdf file beside the job file
+
+    [objective]
+    length_mm = 485.5933                 # characteristic length (or length, in m); the robot's own if left out
+    weights = { condition_number_squared = 1.0 }
+
+    [task]
+    kind = "axisymmetric"                # or "position"; "full" needs a path with rotations
+    axis = [0, 0, 1]                     # the tool's axis in the tool frame
+
+    [path]
+    helix = { radius_mm = 250, pitch_mm_per_rad = 159.155, start_deg = 0, stop_deg = 90, center_mm = [1300, 1000, 0] }
+    # or: file = "path.csv"
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from . import robots
+from ._core import (
+    ConditionNumber,
+    JointLimits,
+    LimitBarrier,
+    Manipulability,
+    Objective,
+    OrthogonalSQP,
+    Robot,
+    SingularityParameter,
+    SmallestSingularValue,
+    Task,
+)
+from ._rows import rows_in_use
+from ._toml import Table, parse
+from .errors import InvalidValueError, RedundancyError, ToolpathError
+from .posture import minimum_condition_posture
+from .toolpath import Toolpath
+
+_OF_JACOBIAN: Final[dict[str, Callable[..., Objective]]] = {
+    "condition_number": ConditionNumber,
+    "manipulability": Manipulability,
+    "smallest_singular_value": SmallestSingularValue,
+    "singularity_parameter": SingularityParameter,
+}
+_OF_LIMITS: Final[dict[str, Callable[[], Objective]]] = {"joint_limits": JointLimits, "limit_barrier": LimitBarrier}
+_WEIGHTS: Final = (*_OF_JACOBIAN, *(f"{name}_squared" for name in _OF_JACOBIAN), *_OF_LIMITS)
+_HELIX: Final = (
+    *("radius", "radius_mm", "pitch", "pitch_mm_per_rad", "start", "start_deg", "stop", "stop_deg"),
+    *("offset", "offset_deg", "center", "center_mm", "points", "duration_s"),
+)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a job file asks for."""
+
+    file: Path
+    robot: Robot
+    objective: Objective
+    task: Task
+    path: Toolpath
+
+    def solver(self) -> OrthogonalSQP:
+        """Return the solver of the job."""
+        return OrthogonalSQP(self.robot, self.task, self.objective)
+
+
+def read_job(file: str | Path) -> Job:
+    """Read a job file.
+
+    Parameters
+    ----------
+    file : path-like
+        The file; its keys are those of this module's docstring.
+
+    Returns
+    -------
+    Job
+        In SI units.
+
+    Raises
+    ------
+    OSError
+        If the file or one that it names cannot be opened.
+    ToolpathError
+        If it is malformed (``file:line:column: ...``), or the path in it is wrong.
+    InvalidValueError
+        If another key is missing, unknown or wrong (``file: key: ...``).
+    UnknownRobotError, ModelError
+        If its robot does not exist or is wrong.
+    """
+    file = Path(file)
+    document = _document(file)
+    document.only("robot", "objective", "task", "path")
+    robot = robots.find(document.text("robot"), file.parent)
+    task = _task(document.table("task"))
+    path = _path(document.table("path"), file)
+    return Job(file, robot, _objective(document.table("objective"), robot), task, path)
+
+
+def read_path(file: str | Path) -> Toolpath:
+    """Read the path of a job file, its table ``[path]``.
+
+    Parameters
+    ----------
+    file : path-like
+        The file.
+
+    Returns
+    -------
+    Toolpath
+        The path.
+
+    Raises
+    ------
+    OSError
+        If the file or one that it names cannot be opened.
+    ToolpathError
+        If it is malformed.
+    """
+    file = Path(file)
+    return _path(_document(file).table("path"), file)
+
+
+def _document(file: Path) -> Table:
+    content = parse(file, lambda message, line, column: ToolpathError(message, file, line, column))
+    return Table(content, lambda message: InvalidValueError(f"{file}: {message}"))
+
+
+def _objective(table: Table, robot: Robot) -> Objective:
+    table.only("length", "length_mm", "weights")
+    weights = table.table("weights")
+    weights.only(*_WEIGHTS)
+    rows = rows_in_use(robot)
+    given = _length(table, "length")
+    length = minimum_condition_posture(robot, starts=16, rows=rows).length if given is None else given
+    names = list(weights.data) or ["condition_number_squared"]
+    return reduce(add, (weights.number(name, 1.0) * _term(name, length, rows) for name in names))
+
+
+def _term(name: str, length: float, rows: list[int]) -> Objective:
+    if name in _OF_LIMITS:
+        return _OF_LIMITS[name]()
+    base = name.removesuffix("_squared")
+    return _OF_JACOBIAN[base](length, rows=rows, squared=base != name)
+
+
+def _task(table: Table) -> Task:
+    table.only("kind", "axis")
+    kind = table.text("kind", "axisymmetric", ("axisymmetric", "position", "full"))
+    if kind == "axisymmetric":
+        axis = table.array("axis", (3,)) if "axis" in table else np.array([0.0, 0.0, 1.0])
+        if not axis.any():
+            raise table.error("axis", "a vector that is not zero")
+        return Task.axisymmetric(axis)
+    if "axis" in table:
+        raise table.error("axis", f'nothing with kind = "{kind}"')
+    return Task.full() if kind == "full" else Task.position()
+
+
+def _path(table: Table, file: Path) -> Toolpath:
+    table = Table(table.data, lambda message: ToolpathError(message, file), "path")
+    table.only("helix", "file")
+    if ("helix" in table) == ("file" in table):
+        raise table.fail("path: expected either helix or file")
+    if "file" in table:
+        other = file.parent / table.text("file")
+        # A job file as its own path would never end.
+        if other.suffix.lower() == ".toml":
+            raise table.error("file", "a .csv or .json file")
+        return Toolpath.read(other)
+    helix = table.table("helix")
+    try:
+        return Toolpath.helix(**_helix(helix))
+    except ToolpathError:
+        raise
+    except RedundancyError as error:
+        raise helix.fail(f"path.helix: {error}") from error
+
+
+def _helix(table: Table) -> dict[str, Any]:
+    table.only(*_HELIX)
+    needed = {
+        "radius": _length(table, "radius"),
+        "pitch": _either(table, "pitch", "pitch_mm_per_rad", lambda mm: mm / 1000.0),
+        "start": _angle(table, "start"),
+        "stop": _angle(table, "stop"),
+    }
+    for key, value in needed.items():
+        if value is None:
+            raise table.error(key, "a number, or the same with its unit in the key")
+    center = table.array("center_mm", (3,)) / 1000.0 if "center_mm" in table else np.zeros(3)
+    return needed | {
+        "offset": _angle(table, "offset") or 0.0,
+        "center": table.array("center", (3,)) if "center" in table else center,
+        "points": table.integer("points", 101, least=2),
+        "duration": table.number("duration_s") if "duration_s" in table else None,
+    }
+
+
+def _either(table: Table, key: str, other: str, convert: Callable[[float], float]) -> float | None:
+    """Read a number from its key in SI units, or from the other one; None if there is neither."""
+    if key in table and other in table:
+        raise table.error(other, f"only one of {key} and {other}")
+    if key in table:
+        return table.number(key)
+    return convert(table.number(other)) if other in table else None
+
+
+def _length(table: Table, key: str) -> float | None:
+    return _either(table, key, f"{key}_mm", lambda mm: mm / 1000.0)
+
+
+def _angle(table: Table, key: str) -> float | None:
+    return _either(table, key, f"{key}_deg", lambda degrees: float(np.deg2rad(degrees)))
