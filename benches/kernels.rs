@@ -1,5 +1,7 @@
 //! Kernels at n = 6 and 7 over varied postures: forward kinematics to the Hessian of the condition number.
 
+#![allow(missing_docs, clippy::unwrap_used)]
+
 use std::hint::black_box;
 
 use _core::index::{ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};

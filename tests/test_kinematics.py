@@ -1,12 +1,12 @@
-"""Forward kinematics, Jacobian and its derivatives against differentiated matrix products and differences of themselves."""
+"""Forward kinematics, Jacobian and its derivatives against differentiated matrix products and differences."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from redundancy import Robot
 
-from redundancy._core import Robot
-from tests.reference.chain import F64, Chain, chains
+from tests.reference.chain import F64, Chain, chains, random_columns
 from tests.reference.differences import difference, sweep
 
 ATOL = 1e-13
@@ -59,7 +59,7 @@ def test_rate_is_the_derivative_along_the_rates(drawn: tuple[Chain, F64], seed: 
 def test_batch_is_its_postures_and_fills_out(count: int, joints: str) -> None:
     rng = np.random.default_rng(count)
     n = len(joints)
-    robot = Robot.from_dh(*rng.uniform(-1, 1, (4, n)), joints=joints)
+    robot = Robot.from_dh(*random_columns(count, n), joints=joints)
     q = rng.uniform(-3, 3, (count, n))
     methods = (robot.fk, robot.jacobian, robot.jacobian_derivative, robot.jacobian_second_derivative)
     for method in methods[: 4 if count < 300 else 2]:
@@ -85,14 +85,16 @@ def test_empty_batch_has_the_shapes_of_none() -> None:
 @pytest.mark.parametrize("turns", [1, 1000, 10**6, 10**9])
 def test_large_angles_are_reduced_exactly(turns: int) -> None:
     # numpy reduces modulo 2 pi with all its digits; so must the package.
-    chain = Chain(*np.random.default_rng(5).uniform(-1, 1, (4, 6)), joints="RRRRRR")
+    chain = Chain(*random_columns(5, 6), joints="RRRRRR")
     q = np.linspace(0.3, 2.1, 6) + turns * 6.0
     np.testing.assert_allclose(chain.robot().fk(q), chain.fk(q), rtol=0, atol=1e-13 + 4e-16 * abs(q).max())
-    np.testing.assert_allclose(chain.robot().jacobian(q), chain.derivatives(q)[0], rtol=0, atol=1e-13 + 4e-16 * abs(q).max())
+    np.testing.assert_allclose(
+        chain.robot().jacobian(q), chain.derivatives(q)[0], rtol=0, atol=1e-13 + 4e-16 * abs(q).max()
+    )
 
 
 def test_angles_beyond_every_reduction_stay_rigid() -> None:
-    robot = Robot.from_dh(*np.random.default_rng(5).uniform(-1, 1, (4, 6)))
+    robot = Robot.from_dh(*random_columns(5, 6))
     for size in (1e12, 1e18, 1e100, 1e308):
         frame = robot.fk(np.full(6, size))
         np.testing.assert_allclose(frame[:3, :3] @ frame[:3, :3].T, np.eye(3), atol=1e-14)
@@ -109,7 +111,7 @@ def test_prismatic_joint_slides_along_its_axis() -> None:
 
 def test_base_and_tool_frames() -> None:
     rng = np.random.default_rng(8)
-    chain = Chain(*rng.uniform(-1, 1, (4, 6)), joints="RRPRRR")
+    chain = Chain(*random_columns(8, 6), joints="RRPRRR")
     q = rng.uniform(-1, 1, 6)
     base, tool = chain.fk(rng.uniform(-1, 1, 6)), chain.fk(rng.uniform(-1, 1, 6))
     moved = chain.robot().with_tool(tool).with_base(base)

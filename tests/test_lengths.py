@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from redundancy import ConditionNumber, Robot, characteristic_length, planar_tetrahedron, rms_length
 from scipy.optimize import minimize_scalar
 
-from redundancy._core import ConditionNumber, Robot, characteristic_length, planar_tetrahedron, rms_length
 from tests.reference.chain import F64, Chain, chains
 
 ALL = [0, 1, 2, 3, 4, 5]
@@ -56,19 +56,21 @@ def test_planar_tetrahedron_is_the_condition_number(seed: int, length: float) ->
     robot = Robot.from_dh(links, [0.0] * 3, [0.0] * 3, [0.0] * 3)
     q = rng.uniform(-np.pi, np.pi, 3)
     angles = np.cumsum(q)
-    joints = np.concatenate([[[0.0, 0.0]], np.cumsum(links[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1), 0)])
+    joints = np.concatenate(
+        [[[0.0, 0.0]], np.cumsum(links[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1), 0)]
+    )
     arms = joints[3] - joints[:3]
     edges = np.column_stack([arms, np.full(3, length)])
     volume = abs(np.linalg.det(edges)) / 6.0
     assume(volume > 1e-3)
     found = planar_tetrahedron(robot, q, length)
-    assert found["volume"] == pytest.approx(volume, rel=1e-10)
+    assert found.volume == pytest.approx(volume, rel=1e-10)
     pairs = ((1, 2), (2, 0), (0, 1))
     faces = [0.5 * np.linalg.norm(np.cross(edges[i], edges[j])) for i, j in pairs]
-    np.testing.assert_allclose(sorted(found["faces"]), sorted(faces), rtol=1e-10)
+    np.testing.assert_allclose(sorted(found.faces), sorted(faces), rtol=1e-10)
     # Height of a vertex over the face opposite: three volumes over the area.
-    np.testing.assert_allclose(sorted(found["distances"]), sorted(3.0 * volume / np.array(faces)), rtol=1e-9)
+    np.testing.assert_allclose(sorted(found.distances), sorted(3.0 * volume / np.array(faces)), rtol=1e-9)
     kappa = ConditionNumber(length, rows=PLANAR).evaluate(robot, q, order=0)
-    assert found["condition_number"] == pytest.approx(kappa, rel=1e-9)
+    assert found.condition_number == pytest.approx(kappa, rel=1e-9)
     sigma = np.linalg.svd(edges, compute_uv=False)
     assert kappa == pytest.approx(np.sqrt(np.sum(sigma**2) * np.sum(sigma**-2.0)) / 3.0, rel=1e-9)

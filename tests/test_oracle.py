@@ -1,8 +1,9 @@
 """Condition number with gradient and Hessian, in joints and length, against multiple-precision references.
 
-The references are `data/condition_number.json` (34 postures of five robots, 12 digits or more), `data/condition_random.npz` (1000
-postures of random robots, 50 digits and more, rounded) and, live, the program that made the latter. An error is the norm of the
-difference over the norm of the reference, divided by 2.22e-16 kappa: what rounding the joint angles alone costs.
+The references are `data/condition_number.json` (34 postures of five robots, 12 digits or more),
+`data/condition_random.npz` (1000 postures of random robots, 50 digits and more, rounded) and, live, the program that
+made the latter. An error is the norm of the difference over the norm of the reference, divided by 2.22e-16 kappa: what
+rounding the joint angles alone costs.
 """
 
 import json
@@ -13,8 +14,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from redundancy import ConditionNumber, Robot
 
-from redundancy._core import ConditionNumber, Robot
 from tests.reference.condition_mpmath import reference
 
 F64: TypeAlias = NDArray[np.float64]
@@ -39,7 +40,7 @@ class Case(NamedTuple):
 
 def _json_case(case: dict[str, Any]) -> Case:
     model = case["model"]
-    table = {key: np.array(model[key], dtype=np.float64) for key in ("a", "d", "alpha", "theta")}
+    table: dict[str, Any] = {key: np.array(model[key], dtype=np.float64) for key in ("a", "d", "alpha", "theta")}
     tool = np.eye(4)
     tool[:3, 3] = np.array(model.get("tool_offset", (0, 0, 0)), dtype=np.float64)
     robot = Robot.from_dh(**table, joints=model["joints"], tool=tool, name=case["robot"])
@@ -117,8 +118,8 @@ def test_file_is_what_the_reference_computes(random_data: dict[str, NDArray[Any]
     case = _npz_case(random_data, i)
     table = case.robot.dh
     assert table is not None
-    columns = [table[key].tolist() for key in ("a", "d", "alpha", "theta")]
-    live = reference(*columns, case.robot.joints, case.q.tolist(), case.length, case.rows)
+    columns: dict[str, Any] = {key: table[key].tolist() for key in ("a", "d", "alpha", "theta")}
+    live = reference(**columns, joints=case.robot.joints, q=case.q.tolist(), length=case.length, rows=case.rows)
     np.testing.assert_allclose(live.kappa, case.kappa, rtol=1e-15)
     np.testing.assert_allclose(live.gradient, case.gradient, rtol=1e-15, atol=1e-30)
     np.testing.assert_allclose(live.hessian, case.hessian, rtol=1e-15, atol=1e-30)

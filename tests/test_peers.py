@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from redundancy._core import Manipulability, Robot
+from redundancy import Manipulability, Robot
 
 DATA = Path(__file__).parent / "data"
 ANGULAR_FIRST = [3, 4, 5, 0, 1, 2]

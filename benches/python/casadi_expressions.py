@@ -48,7 +48,7 @@ def _kinematics(chain: Chain) -> tuple[SX, SX, SX]:
             coordinates.append(q)
             axes.append(ca.densify(rotation @ _sparse(axis)))
             origins.append(position)
-            parallel, cross = np.outer(axis, axis), np.cross(np.eye(3), -axis)
+            parallel, cross = np.outer(axis, axis), np.cross(np.eye(3), axis)
             across = np.eye(3) - parallel
             rotation = rotation @ (_sparse(parallel) + ca.cos(q) * _sparse(across) + ca.sin(q) * _sparse(cross))
     linear = [ca.cross(w, position - p) for w, p in zip(axes, origins, strict=True)]

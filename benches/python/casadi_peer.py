@@ -85,6 +85,9 @@ def _compile(source: str, library: Path) -> None:
 
 
 def _folder() -> Path:
-    folder = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "redundancy-bench"
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    user = getattr(os, "getuid", lambda: 0)()
+    folder = Path(tempfile.gettempdir(), f"redundancy-bench-{user}")
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if folder.is_symlink() or folder.stat().st_uid != user:
+        pytest.fail(f"{folder} belongs to somebody else: what lies there is not loaded")
     return folder

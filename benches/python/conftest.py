@@ -77,6 +77,8 @@ def race(benchmark: BenchmarkFixture, chain: Chain, postures: list[F64]) -> Call
 
 
 def pytest_benchmark_update_machine_info(config: pytest.Config, machine_info: dict[str, object]) -> None:
-    """Say which versions raced."""
+    """Say which versions raced, and how busy the machine was."""
     installed = {d.metadata["Name"]: d.version for d in metadata.distributions()}
-    machine_info["packages"] = {k: installed[k] for k in ("redundancy", "pin", "casadi", "numpy") if k in installed}
+    packages = {name: installed[name] for name in ("pin", "casadi", "numpy") if name in installed}
+    machine_info["packages"] = packages | {"redundancy": rd.__version__}
+    machine_info["load"] = os.getloadavg()[0] if hasattr(os, "getloadavg") else None

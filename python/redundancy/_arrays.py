@@ -45,6 +45,6 @@ def checked(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> F64:
         raise ShapeError(f"{name}: got shape {array.shape}, expected ({expected}{',' if len(shape) == 1 else ''})")
     if not np.isfinite(array).all():
         index = [int(i) for i in np.argwhere(~np.isfinite(array))[0]]
-        raise NonFiniteError(f"{name}{index} is {array[tuple(index)]}, expected a finite number")
+        raise NonFiniteError(f"{name}{index or ''} is {array[tuple(index)]}, expected a finite number")
     array.setflags(write=False)
     return array

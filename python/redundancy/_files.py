@@ -26,5 +26,8 @@ def write_atomically(file: str | Path, text: str) -> None:
         with temporary.open("x", encoding="utf-8", newline="") as stream:
             stream.write(text)
         os.replace(temporary, target)
+    except OSError as error:
+        # The caller knows nothing of the temporary name.
+        raise OSError(error.errno, error.strerror, str(target)) from None
     finally:
         temporary.unlink(missing_ok=True)

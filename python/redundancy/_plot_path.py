@@ -113,25 +113,35 @@ def _abscissa(trajectory: Trajectory) -> tuple[F64, str]:
 
 def _draw_condition(axes: Axes, optimised: Trajectory, fixed: Trajectory | None) -> None:
     x, label = _abscissa(optimised)
+    curves = [(optimised, "optimised" if fixed is None else "optimised spin", BLUE, "-")]
     if fixed is not None:
-        known = fixed.condition_number.copy()
-        known[fixed.unreachable] = np.nan
-        worst = f", max {np.nanmax(known):.3f}" if np.isfinite(known).any() else ""
-        axes.plot(x, known, "--", color=ORANGE, label=f"fixed spin{worst}")
-    name = "optimised" if fixed is None else "optimised spin"
-    highest = optimised.max_condition_number
-    axes.plot(x, optimised.condition_number, color=BLUE, label=f"{name}, max {highest:.3f}")
+        curves.insert(0, (fixed, "fixed spin", ORANGE, "--"))
+    for trajectory, name, color, style in curves:
+        kappa = trajectory.condition_number.copy()
+        # What belongs to another pose says nothing about this path.
+        kappa[trajectory.unreachable] = np.nan
+        worst = f", max {np.nanmax(kappa):.3f}" if np.isfinite(kappa).any() else ", out of reach"
+        axes.plot(x, kappa, style, marker=_marker(x), color=color, label=f"{name}{worst}")
     axes.set(xlabel=label, ylabel=r"condition number $\kappa_F$")
-    _fit(axes, x)
+    _fit(axes, optimised)
     _log_if_long(axes)
     length = "" if optimised.length is None else f"length {1000.0 * optimised.length:.1f} mm"
     axes.legend(loc="best", title=length, alignment="left")
 
 
-def _fit(axes: Axes, x: F64) -> None:
-    """Let the curve fill the width; one point alone has none."""
+def _marker(x: F64) -> str:
+    """Return the marker of a curve: one point alone would not show without."""
+    return "o" if len(x) == 1 else ""
+
+
+def _fit(axes: Axes, trajectory: Trajectory) -> None:
+    """Let the curves fill the width, and number points with whole numbers."""
+    x, _ = _abscissa(trajectory)
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
+    axes.xaxis.set_major_locator(
+        mpl.ticker.MaxNLocator("auto", integer=trajectory.time is None, steps=[1, 2, 2.5, 5, 10])
+    )
 
 
 def _log_if_long(axes: Axes) -> None:
@@ -145,9 +155,9 @@ def _log_if_long(axes: Axes) -> None:
 def _draw_spin(axes: Axes, trajectory: Trajectory) -> None:
     x, label = _abscissa(trajectory)
     axes.axhline(0.0, color=GREY, linewidth=1.0)
-    axes.plot(x, np.rad2deg(trajectory.spin), color=BLUE)
+    axes.plot(x, np.rad2deg(trajectory.spin), marker=_marker(x), color=BLUE)
     axes.set(xlabel=label, ylabel="spin about the tool axis\nsince the first point [deg]")
-    _fit(axes, x)
+    _fit(axes, trajectory)
 
 
 def _shown(trajectory: Trajectory, joint: int) -> tuple[Callable[[F64], F64], str]:
@@ -161,7 +171,7 @@ def _draw_joint(axes: Axes, trajectory: Trajectory, joint: int) -> None:
     convert, unit = _shown(trajectory, joint)
     x, _ = _abscissa(trajectory)
     q = convert(trajectory.q[:, joint])
-    axes.plot(x, q, color=BLUE)
+    axes.plot(x, q, marker=_marker(x), color=BLUE)
     low, high = (float(convert(limit[joint])) for limit in (trajectory.robot.q_min, trajectory.robot.q_max))
     bounded = np.isfinite([low, high]).all()
     reach = high - low if bounded else max(float(np.ptp(q)), 1.0)
@@ -174,13 +184,13 @@ def _draw_joint(axes: Axes, trajectory: Trajectory, joint: int) -> None:
     axes.set(ylim=(bottom, top), ylabel=f"joint {joint + 1} [{unit}]")
     if unit == "deg":
         axes.yaxis.set_major_locator(mpl.ticker.MultipleLocator(_angle_step(top - bottom)))
-    _fit(axes, x)
+    _fit(axes, trajectory)
 
 
 def _angle_step(span: float) -> float:
-    """Return a step for angles that people know, at most six in a span [deg]."""
+    """Return a step for angles that people know, at most seven in a span [deg]."""
     steps = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
-    return next((step for step in steps if span <= 6.0 * step), 720.0)
+    return next((step for step in steps if span <= 7.0 * step), 720.0)
 
 
 def _draw_ranges(axes: Axes, trajectory: Trajectory) -> None:
@@ -190,9 +200,9 @@ def _draw_ranges(axes: Axes, trajectory: Trajectory) -> None:
     for i in np.flatnonzero(bounded):
         share = 200.0 * (trajectory.q[:, i] - robot.q_min[i]) / (robot.q_max[i] - robot.q_min[i]) - 100.0
         style = "-" if i < len(colors) else "--"
-        axes.plot(x, share, style, color=colors[i % len(colors)], label=f"joint {i + 1}")
+        axes.plot(x, share, style, marker=_marker(x), color=colors[i % len(colors)], label=f"joint {i + 1}")
     for limit in (-100.0, 100.0):
         axes.axhline(limit, color=BLACK, linewidth=1.0, linestyle=":")
     axes.set(xlabel=label, ylabel="place in the joint's range\n[%, limits at ±100]", ylim=(-108.0, 108.0))
-    _fit(axes, x)
+    _fit(axes, trajectory)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -108,11 +108,12 @@ def _equal_scales(axes: Axes3D, points: F64) -> None:
     for name, center, span in zip("xyz", middle, spans, strict=True):
         axes.set(**{f"{name}lim": (center - span / 2.0, center + span / 2.0), f"{name}label": f"{name} [m]"})
         axis = getattr(axes, f"{name}axis")
+        axis.labelpad = 8.0
         axis.set_major_locator(mpl.ticker.MultipleLocator(_step(longest)))
-    axes.set_box_aspect(spans, zoom=0.95)
+    axes.set_box_aspect(spans, zoom=0.85)
 
 
 def _step(span: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, about a fifth of a span."""
-    size = 10.0 ** np.floor(np.log10(span / 5.0))
-    return float(size * next(factor for factor in (1.0, 2.0, 5.0, 10.0) if factor * size >= span / 6.0))
+    """Return 1, 2 or 5 times a power of ten, about an eighth of a span."""
+    size = 10.0 ** np.floor(np.log10(span / 8.0))
+    return float(size * next(factor for factor in (1.0, 2.0, 5.0, 10.0) if factor * size >= span / 8.0))

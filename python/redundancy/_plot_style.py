@@ -34,8 +34,9 @@ STYLE: Final[dict[Any, Any]] = {
     "grid.linewidth": 0.5,
     "axes.axisbelow": True,
     "lines.linewidth": 1.5,
-    "legend.frameon": False,
-    "svg.fonttype": "none",
+    "legend.edgecolor": "none",
+    "legend.framealpha": 1.0,
+    "legend.borderaxespad": 0.8,
     # Without random names in it, an equal picture is an equal file.
     "svg.hashsalt": "redundancy",
 }

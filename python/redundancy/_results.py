@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from rich.table import Table
 
+from ._progress import progress
 from .trajectory import Trajectory
 
 
@@ -62,11 +63,10 @@ def _speed(trajectory: Trajectory) -> str:
     limited = np.isfinite(trajectory.robot.qd_max).any()
     joint = int(np.argmax(speed / trajectory.robot.qd_max if limited else speed))
     unit = "m/s" if trajectory.robot.joints[joint] == "P" else "rad/s"
-    share = f"{100.0 * speed[joint] / trajectory.robot.qd_max[joint]:.1f} %, " if limited else ""
+    share = f"{100.0 * speed[joint] / trajectory.robot.qd_max[joint]:.1f} % of its limit\n" if limited else ""
     return f"{share}{speed[joint]:.3f} {unit}, joint {joint + 1}"
 
 
-# What each row of the table tells of a trajectory; speeds are the largest in % of their limit.
 _ROWS: dict[str, Callable[[Trajectory], str]] = {
     "points reached": _reached,
     "max condition number": lambda t: f"{t.max_condition_number:.5f}",
@@ -126,5 +126,7 @@ def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None) -> None
     }
     if fixed is not None:
         figures["spin"] = plots.spin_along_path(optimised)
-    for name, figure in figures.items():
-        plots.save(figure, folder / f"{name}.png", folder / f"{name}.svg")
+    with progress(len(figures), "drawing") as advance:
+        for name, figure in figures.items():
+            plots.save(figure, folder / f"{name}.png", folder / f"{name}.svg")
+            advance(1)

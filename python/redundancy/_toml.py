@@ -122,7 +122,7 @@ class Table:
 
     def array(self, key: str, shape: tuple[int, ...], infinite: bool = False) -> F64:
         """Read an array of numbers of a given shape, finite unless ``infinite`` allows infinities."""
-        expected = f"{'' if infinite else 'finite '}numbers, {' x '.join(map(str, shape))}"
+        expected = f"{' x '.join(map(str, shape))} {'' if infinite else 'finite '}numbers"
         try:
             array = np.array(self.data.get(key), dtype=object)
         except ValueError:

@@ -44,7 +44,7 @@ def to_json(trajectory: "Trajectory") -> str:
 def to_pathx(trajectory: "Trajectory") -> str:
     """Return the path file of RobotMaster (Leger 2014, appendix A); see `Trajectory.write`."""
     tools = trajectory.robot.fk(trajectory.q)
-    angles = np.round(np.rad2deg(euler_xyz(tools[:, :3, :3])), 6)
+    angles = np.round(180.0 / np.pi * euler_xyz(tools[:, :3, :3]), 6)
     # One name for a half turn, whichever side of it rounding falls on; and no "-0".
     angles = np.where(angles == -180.0, 180.0, angles) + 0.0
     position = np.round(1000.0 * tools[:, :3, 3], 6) + 0.0

@@ -54,10 +54,13 @@ def _fail(message: str) -> NoReturn:
     sys.exit(2)
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=_Group, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="redundancy")
-def main() -> None:
+@click.pass_context
+def main(context: click.Context) -> None:
     """Resolve the redundancy of serial robots."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 @main.command()
@@ -109,7 +112,7 @@ def list_robots() -> None:
 def length(robot: str, starts: int, seed: int) -> None:
     """Find the characteristic length of ROBOT (a name, or a .toml or .urdf file), and the posture it belongs to."""
     model = robots.find(robot)
-    found = minimum_condition_posture(model, starts=starts, rows=rows_in_use(model), seed=seed)
+    found = minimum_condition_posture(model, starts=starts, rows=rows_in_use(model), seed=seed, progress=True)
     _print_pairs(
         model.name,
         {

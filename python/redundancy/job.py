@@ -104,7 +104,15 @@ def read_job(file: str | Path) -> Job:
     robot = robots.find(document.text("robot"), file.parent)
     task = _task(document.table("task"))
     path = _path(document.table("path"), file)
-    return Job(file, robot, _objective(document.table("objective"), robot), task, path)
+    length, weights = _objective(document.table("objective"))
+    try:
+        job = Job(file, robot, weighted_sum(weights, length, robot), task, path)
+        # What does not fit together shows here, while the file is known.
+        job.solver()
+        path.targets(task)
+    except RedundancyError as error:
+        raise document.fail(str(error)) from error
+    return job
 
 
 def read_path(file: str | Path) -> Toolpath:
@@ -136,15 +144,41 @@ def _document(file: Path) -> Table:
     return Table(content, lambda message: InvalidValueError(f"{file}: {message}"))
 
 
-def _objective(table: Table, robot: Robot) -> Objective:
+def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) -> Objective:
+    """Return the weighted sum of indices by their names in job files.
+
+    Parameters
+    ----------
+    weights : dict
+        Weight of each index.
+    length : float or None
+        Characteristic length [m]; the robot's own if None.
+    robot : Robot
+        The robot.
+
+    Returns
+    -------
+    Objective
+        What is minimised.
+
+    Raises
+    ------
+    InvalidValueError
+        If the length is not positive, or the indices are not defined for the robot.
+    """
+    rows = rows_in_use(robot)
+    if length is None:
+        length = minimum_condition_posture(robot, starts=16, rows=rows).length
+    return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))
+
+
+def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
     table.only("length", "length_mm", "weights")
     weights = table.table("weights")
     weights.only(*_WEIGHTS)
-    rows = rows_in_use(robot)
-    given = _length(table, "length")
-    length = minimum_condition_posture(robot, starts=16, rows=rows).length if given is None else given
-    names = list(weights.data) or ["condition_number_squared"]
-    return reduce(add, (weights.number(name, 1.0) * _term(name, length, rows) for name in names))
+    return _length(table, "length"), {key: weights.number(key) for key in weights.data} or {
+        "condition_number_squared": 1.0
+    }
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:
@@ -178,13 +212,11 @@ def _path(table: Table, file: Path) -> Toolpath:
         if other.suffix.lower() == ".toml":
             raise table.error("file", "a .csv or .json file")
         return Toolpath.read(other)
-    helix = table.table("helix")
+    helix = _helix(table.table("helix"))
     try:
-        return Toolpath.helix(**_helix(helix))
-    except ToolpathError:
-        raise
+        return Toolpath.helix(**helix)
     except RedundancyError as error:
-        raise helix.fail(f"path.helix: {error}") from error
+        raise table.fail(f"path.helix: {error}") from error
 
 
 def _helix(table: Table) -> dict[str, Any]:

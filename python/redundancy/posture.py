@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from . import _core
 from ._arrays import F64, checked
 from ._core import Robot, characteristic_length
+from ._progress import progress as progress_bar
 from .errors import InvalidValueError
 
 __all__ = [
@@ -71,6 +72,7 @@ def minimum_condition_posture(
     tolerance: float = 1e-9,
     max_iterations: int = 100,
     seed: int = 0,
+    progress: bool = False,
 ) -> PostureResult:
     """Find the posture, and the length, of minimum condition number kappa_F (Leger 2014, 2.2 and 4.1).
 
@@ -100,6 +102,8 @@ def minimum_condition_posture(
         Steps of one start at most.
     seed : int
         Seed of the random postures.
+    progress : bool
+        Whether a bar on stderr shows the progress of what takes longer than a second.
 
     Returns
     -------
@@ -122,13 +126,16 @@ def minimum_condition_posture(
         found = _core.minimum_condition_posture(
             robot, start, length, length0, method, eliminate, rows, tolerance, max_iterations
         )
-        q = _whole_turns(robot, found[0])
+        q = _brought_inside(robot, found[0])
         within = bool(((robot.q_min <= q) & (q <= robot.q_max)).all())
         return PostureResult(q, *found[1:], method=method, within_limits=within)
 
     # The core releases the GIL, so threads are enough.
-    with ThreadPoolExecutor() as pool:
-        results = list(pool.map(run, [first, *postures[: starts - 1]]))
+    results = []
+    with ThreadPoolExecutor() as pool, progress_bar(starts, "minimising", progress) as advance:
+        for result in pool.map(run, [first, *postures[: starts - 1]]):
+            results.append(result)
+            advance(1)
     return min(results, key=_rank)
 
 
@@ -175,14 +182,29 @@ def _first_start(robot: Robot, others: F64, rows: Sequence[int] | None) -> F64:
     return best
 
 
-def _whole_turns(robot: Robot, q: F64) -> F64:
-    """Bring revolute joints within their limits by whole turns, which change nothing but the number."""
-    turn = 2.0 * np.pi
-    middle = middle_posture(robot)
-    moved = q - turn * np.round((q - middle) / turn)
+def centred_turns(robot: Robot, q: F64) -> F64:
+    """Bring revolute joints nearest to the middle of their limits by whole turns, which change nothing but the number.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    q : ndarray, shape (n,)
+        Joint coordinates [rad or m], finite.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Within the limits, where ``q`` or any of its copies is.
+    """
+    turns = np.round((q - middle_posture(robot)) / (2.0 * np.pi))
+    return np.where([letter == "R" for letter in robot.joints], q - 2.0 * np.pi * turns, q)
+
+
+def _brought_inside(robot: Robot, q: F64) -> F64:
+    """Bring joints that are beyond their limits back by whole turns, and leave the others alone."""
     inside = (robot.q_min <= q) & (q <= robot.q_max)
-    keep = inside | np.array([letter == "P" for letter in robot.joints]) | ~np.isfinite(q)
-    return np.where(keep, q, moved)
+    return q if inside.all() or not np.isfinite(q).all() else np.where(inside, q, centred_turns(robot, q))
 
 
 @dataclass(frozen=True, eq=False)

@@ -189,9 +189,11 @@ class Toolpath:
         InvalidValueError
             If the radius is not positive, there are fewer than 2 points or the duration is not positive.
         """
-        shape = checked("radius, pitch, start, stop, offset", [radius, pitch, start, stop, offset], (5,))
+        named = {"radius": radius, "pitch": pitch, "start": start, "stop": stop, "offset": offset}
+        for name, value in named.items():
+            checked(name, value, ())
         middle = checked("center", center, (3,))
-        if not shape[0] > 0.0:
+        if not radius > 0.0:
             raise InvalidValueError(f"radius is {radius}, expected a number above 0")
         if points < 2:
             raise InvalidValueError(f"points is {points}, expected at least 2")
@@ -200,7 +202,7 @@ class Toolpath:
         phi = np.linspace(start, stop, points)
         outward = np.stack([np.cos(offset - phi), np.zeros(points), np.sin(offset - phi)], axis=1)
         position = middle + radius * outward + np.outer(pitch * phi, [0.0, 1.0, 0.0])
-        return cls(position, -outward, time=None if duration is None else np.linspace(0.0, duration, points))
+        return cls(position, 0.0 - outward, time=None if duration is None else np.linspace(0.0, duration, points))
 
     @classmethod
     def read(cls, file: str | Path) -> "Toolpath":

@@ -1,7 +1,8 @@
 """Serial chains in float64, differentiated as products of matrices.
 
-No cross product and no formula of the package appears here: the transform of a chain is a product of 4 x 4 matrices, each joint's matrix
-is differentiated by itself, and the columns of the Jacobian and their derivatives are read off the products (see `condition_mpmath`).
+No cross product and no formula of the package appears here: the transform of a chain is a product of 4 x 4 matrices,
+each joint's matrix is differentiated by itself, and the columns of the Jacobian and their derivatives are read off the
+products (see `condition_mpmath`).
 """
 
 from __future__ import annotations
@@ -12,8 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 from hypothesis import strategies as st
-
-from redundancy._core import Robot
+from redundancy import Robot
 
 F64: TypeAlias = npt.NDArray[np.float64]
 
@@ -114,6 +114,12 @@ def _twist(alpha: float, a: float) -> F64:
 def _vee(left: F64, right: F64) -> F64:
     product = left[:3, :3] @ right[:3, :3].T
     return np.array([product[2, 1], product[0, 2], product[1, 0]])
+
+
+def random_columns(seed: int, n: int) -> tuple[F64, F64, F64, F64]:
+    """Return a, d, alpha and theta between -1 and 1."""
+    a, d, alpha, theta = np.random.default_rng(seed).uniform(-1, 1, (4, n))
+    return a, d, alpha, theta
 
 
 def random_frame(rng: np.random.Generator) -> F64:

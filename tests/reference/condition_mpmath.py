@@ -44,7 +44,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import mpmath  # type: ignore[import-untyped]
+import mpmath
 import numpy as np
 import numpy.typing as npt
 
@@ -289,10 +289,7 @@ def _chain(robot: Robot, q: Sequence[Any], order: int) -> _Chain:
                 block = _zeros(6, n)
                 for i in range(n):
                     block[:3, i] = (
-                        _vee(t(i, k, p), rotation)
-                        + _vee(t(i, k), t(p))
-                        + _vee(t(i, p), t(k))
-                        + _vee(t(i), t(k, p))
+                        _vee(t(i, k, p), rotation) + _vee(t(i, k), t(p)) + _vee(t(i, p), t(k)) + _vee(t(i), t(k, p))
                     )
                     block[3:, i] = t(i, k, p)[:3, 3]
                 second[k].append(block)
@@ -385,10 +382,7 @@ def _derivatives(robot: Robot, q: Sequence[Any], length: Any) -> tuple[Any, Exac
             g2 = half + half.T
             trace_h2 = 2 * _trace_of_product(left[k], g1[p]) - _trace_of_product(inverse_2, g2)
             hessian[k, p] = scale * (
-                g2.trace() * trace_h
-                + trace_g1[k] * trace_h1[p]
-                + trace_g1[p] * trace_h1[k]
-                + trace_g * trace_h2
+                g2.trace() * trace_h + trace_g1[k] * trace_h1[p] + trace_g1[p] * trace_h1[k] + trace_g * trace_h2
             )
             hessian[p, k] = hessian[k, p]
     return scale * trace_g * trace_h, gradient, hessian
@@ -424,9 +418,7 @@ def reference_exact(robot: Robot, q: Sequence[Number], digits: int | None = None
                 raise ZeroDivisionError("the posture is singular")
             digits = BASE_DIGITS + 6 * max(0, math.ceil(float(mpmath.log10(kappa))))
     with mpmath.workdps(digits):
-        squared, gradient, hessian = _derivatives(
-            robot, [_exact(value) for value in q], _exact(robot.length)
-        )
+        squared, gradient, hessian = _derivatives(robot, [_exact(value) for value in q], _exact(robot.length))
         return Exact(mpmath.sqrt(squared), squared, gradient, hessian, digits)
 
 
@@ -493,9 +485,7 @@ def reference(
 
 def _rounded(values: Exact) -> Reference:
     """Round to float64."""
-    return Reference(
-        float(values.kappa), values.gradient.astype(np.float64), values.hessian.astype(np.float64)
-    )
+    return Reference(float(values.kappa), values.gradient.astype(np.float64), values.hessian.astype(np.float64))
 
 
 # Checks -------------------------------------------------------------------------------------
@@ -773,10 +763,7 @@ def _draw_robot(rng: np.random.Generator, plan: _Plan) -> Robot:
 
 def _draw_posture(rng: np.random.Generator, robot: Robot) -> list[float]:
     """Draw joint variables."""
-    return [
-        float(rng.uniform(-math.pi, math.pi) if joint == "R" else rng.uniform(-0.7, 0.7))
-        for joint in robot.joints
-    ]
+    return [float(rng.uniform(-math.pi, math.pi) if joint == "R" else rng.uniform(-0.7, 0.7)) for joint in robot.joints]
 
 
 def _as_floats(robot: Robot, q: Sequence[Any]) -> tuple[float, ...] | None:

@@ -17,6 +17,7 @@ def difference(function: Callable[[F64], F64 | float], x: F64, step: float) -> F
     """Return the derivative of ``function`` at ``x``; the last axis is that of the variable."""
     columns = []
     for k in range(x.size):
+
         def at(times: float, k: int = k) -> F64:
             moved = x.copy()
             moved[k] += times * step

@@ -4,7 +4,8 @@ Run where ``roboticstoolbox-python==1.5.0`` is installed::
 
     python tests/reference/rtb_fixtures.py tests/data/rtb.json
 
-Rows are permuted to [omega; v], the Hessian, which the Toolbox returns as ``H[k] = dJ/dq_k`` (n, 6, n), to ``[:, i, k]``.
+Rows are permuted to [omega; v], the Hessian, which the Toolbox returns as ``H[k] = dJ/dq_k`` (n, 6, n), to
+``[:, i, k]``.
 """
 
 from __future__ import annotations

@@ -73,10 +73,10 @@ def to_robot(document: Table) -> Robot:
     convention: Any = document.text("convention", "standard", CONVENTIONS)
     rest: dict[str, Any] = {key: _frame(document, key, units) for key in ("tool", "base")}
     rest |= {"name": document.text("name"), "joints": joints} | _limits(document.table("limits"), joints, units)
+    linked = convention == "links"
+    chain = _links(document, len(joints), units) if linked else _dh(document, len(joints), units)
     try:
-        if convention == "links":
-            return Robot.from_links(**_links(document, len(joints), units), **rest)
-        return Robot.from_dh(**_dh(document, len(joints), units), convention=convention, **rest)
+        return Robot.from_links(**chain, **rest) if linked else Robot.from_dh(**chain, convention=convention, **rest)
     except RedundancyError as error:
         raise document.fail(str(error)) from error
 

@@ -160,7 +160,7 @@ impl Objective {
     }
 
     /// Value and derivatives at a posture whose Jacobian is known.
-    #[inline(always)]
+    #[inline(never)]
     pub fn evaluate_at<const C: usize>(
         &self,
         robot: &Robot,

@@ -7,19 +7,25 @@ use crate::linalg::{Mat6, Row6, Rows6, gram, size};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
 
-/// Least damping, relative to the squared length of the task's columns.
+/// Least damping, relative to the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-14;
+/// Damping relative to the squared error.
+const DAMPING: f64 = 0.05;
+/// Largest motion of a joint in one step [rad or m].
+const LARGEST_STEP: f64 = 1.0;
+/// Steps that were refused in a row before the search is given up.
+const MAX_REFUSED: usize = 8;
 
 /// Where a search for a task ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
-    /// Largest of position error [m] over length, and orientation error [rad].
+    /// Larger of orientation error [rad] and position error over length.
     pub error: f64,
-    /// Steps taken.
+    /// Steps taken or refused.
     pub iterations: usize,
 }
 
-/// `A' (A A' + damping 1)^-1 b` for the m x n matrix `rows`: bounded by |b| / (2 sqrt(damping)).
+/// `A' (A A' + damping 1)^-1 b` for the m x n matrix A with rows `rows`: bounded by |b| / (2 sqrt(damping)).
 #[inline(always)]
 pub fn damped_step<const C: usize>(rows: &Rows6<C>, b: &Row6, damping: f64, n: usize, m: usize) -> [f64; C] {
     let n = size::<C>(n);
@@ -39,12 +45,12 @@ pub fn damped_step<const C: usize>(rows: &Rows6<C>, b: &Row6, damping: f64, n: u
 
 /// The size of a motion: the larger of the angle and the translation over `length`.
 #[inline(always)]
-pub fn size_of(w: Vec3, v: Vec3, length: f64) -> f64 {
+fn size_of((w, v): (Vec3, Vec3), length: f64) -> f64 {
     norm(w).max(norm(v) / length)
 }
 
-/// Moves `q` towards the target until the error is below `tolerance`, staying within the limits.
-#[inline(always)]
+/// Moves `q` towards the target until the error is below `tolerance`, staying within the limits; leaves it at the nearest posture found.
+#[inline(never)]
 pub fn reach<const C: usize>(
     robot: &Robot,
     task: &Task,
@@ -55,29 +61,60 @@ pub fn reach<const C: usize>(
     max_iterations: usize,
 ) -> Reach {
     let n = size::<C>(robot.n());
-    let limits = robot.limits();
-    let mut last = f64::INFINITY;
+    let (mut refused, mut caution) = (0, 1.0);
+    let mut error = size_of(task.error(&forward::<C>(robot, q), target), length);
     for iterations in 0..max_iterations {
-        let (tool, columns) = jacobian::<C>(robot, q);
-        let (w, v) = task.error(&tool, target);
-        let error = size_of(w, v, length);
-        // Far away or stuck at limits: more steps than these rarely help.
-        if error <= tolerance || (iterations >= 12 && error > 0.98 * last && error > 0.1) {
+        if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        last = error;
-        let directions = task.directions(&tool, length);
-        let b = directions.reduce(w, v);
-        let reduced = directions.rows(&columns);
-        let square: f64 = b.iter().map(|x| x * x).sum();
-        let scale: f64 = reduced.iter().flatten().map(|x| x * x).sum();
-        let step = damped_step(&reduced, &b, 0.05 * square + LEAST_DAMPING * scale, n, task.dimension());
-        let largest = step.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let shorten = if largest > 1.0 { 1.0 / largest } else { 1.0 };
+        let step = step_towards::<C>(robot, task, target, length, q, caution);
+        let mut trial = [0.0; C];
         for i in 0..n {
-            q[i] = (q[i] + shorten * step[i]).clamp(limits.q_min[i], limits.q_max[i]);
+            trial[i] = (q[i] + step[i]).clamp(robot.limits().q_min[i], robot.limits().q_max[i]);
+        }
+        let next = size_of(task.error(&forward::<C>(robot, &trial[..n]), target), length);
+        if next < error {
+            // Steps that hardly help will not get there.
+            refused = if next > 0.99 * error { refused + 1 } else { 0 };
+            caution = f64::max(0.3 * caution, 1e-3);
+            error = next;
+            q.copy_from_slice(&trial[..n]);
+        } else {
+            refused += 1;
+            caution *= 10.0;
         }
     }
-    let (w, v) = task.error(&forward::<C>(robot, q), target);
-    Reach { error: size_of(w, v, length), iterations: max_iterations }
+    Reach { error, iterations: max_iterations }
+}
+
+/// One damped step; joints that stand at a limit and would cross it are held, and the others make up for them.
+#[inline(always)]
+fn step_towards<const C: usize>(robot: &Robot, task: &Task, target: &Target, length: f64, q: &[f64], caution: f64) -> [f64; C] {
+    let n = size::<C>(robot.n());
+    let limits = robot.limits();
+    let (tool, columns) = jacobian::<C>(robot, q);
+    let (w, v) = task.error(&tool, target);
+    let directions = task.directions(&tool, length);
+    let b = directions.reduce(w, v);
+    let mut rows = directions.rows(&columns);
+    let m = task.dimension();
+    let square: f64 = b.iter().map(|x| x * x).sum();
+    let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
+    let damping = DAMPING * caution * square + LEAST_DAMPING * scale;
+    let mut step = damped_step(&rows, &b, damping, n, m);
+    let mut held = false;
+    for i in 0..n {
+        if (q[i] <= limits.q_min[i] && step[i] < 0.0) || (q[i] >= limits.q_max[i] && step[i] > 0.0) {
+            held = true;
+            for row in rows.iter_mut().take(m) {
+                row[i] = 0.0;
+            }
+        }
+    }
+    if held {
+        step = damped_step(&rows, &b, damping, n, m);
+    }
+    let largest = step.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let shorten = if largest > LARGEST_STEP { LARGEST_STEP / largest } else { 1.0 };
+    step.map(|x| shorten * x)
 }

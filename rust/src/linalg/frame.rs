@@ -15,6 +15,9 @@ pub struct Frame {
 /// How far the rotation part of a user's transform may be from orthogonal before it is refused; within it, it is re-orthogonalised.
 const ORTHOGONALITY: f64 = 1e-6;
 
+/// How far it may be for the matrix to be taken as it is.
+const ROUNDING: f64 = 1e-14;
+
 impl Frame {
     /// No rotation, no translation.
     pub const IDENTITY: Self = Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
@@ -84,6 +87,10 @@ impl Frame {
                 format!("a matrix whose rotation part is off by {worst:.3e}"),
                 "an orthogonal rotation of determinant +1",
             ));
+        }
+        // A rotation that is orthogonal to rounding is kept bit for bit, so that what was saved is what is loaded.
+        if defect.iter().all(|d| d.abs() <= ROUNDING) {
+            return Ok(Self { axes: [x, y, z], origin: column(3) });
         }
         let x = scale(1.0 / norm(x), x);
         let z = cross(x, y);

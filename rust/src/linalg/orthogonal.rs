@@ -11,6 +11,9 @@ use super::{Mat6, Row6, Rows6, size};
 /// An orthogonal vector shorter than this multiple of the longest means that the rows of A are dependent to working precision.
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
+/// A vector whose square shrinks below this part of its row's has lost digits to cancellation, and with them orthogonality.
+const CANCELLED: f64 = 0.01;
+
 #[inline(always)]
 fn dot<const C: usize>(a: &[f64; C], b: &[f64; C]) -> f64 {
     let mut sum = a[0] * b[0];
@@ -50,8 +53,11 @@ impl<const C: usize> Orthogonal<C> {
         let n = size::<C>(n);
         let mut out = Self { n, m, o: *a, square: [0.0; 6], reciprocal: [0.0; 6], u: [[0.0; 6]; 6] };
         for k in 0..m {
+            out.square[k] = dot(&out.o[k], &out.o[k]);
+            if out.square[k] < CANCELLED * dot(&a[k], &a[k]) {
+                out.orthogonalise_again(k);
+            }
             let pivot = out.o[k];
-            out.square[k] = dot(&pivot, &pivot);
             let reciprocal = 1.0 / out.square[k];
             out.reciprocal[k] = reciprocal;
             for c in k + 1..m {
@@ -61,6 +67,19 @@ impl<const C: usize> Orthogonal<C> {
             }
         }
         out
+    }
+
+    /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett).
+    #[cold]
+    #[inline(never)]
+    fn orthogonalise_again(&mut self, k: usize) {
+        for j in 0..k {
+            let known = self.o[j];
+            let factor = dot(&known, &self.o[k]) * self.reciprocal[j];
+            self.u[j][k] += factor;
+            subtract(&mut self.o[k], factor, &known);
+        }
+        self.square[k] = dot(&self.o[k], &self.o[k]);
     }
 
     #[inline(always)]

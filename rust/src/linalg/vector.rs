@@ -39,6 +39,16 @@ pub fn norm(a: Vec3) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// a over its norm, for any size that does not vanish; `None` for zero and for what is not finite.
+pub fn unit(a: Vec3) -> Option<Vec3> {
+    let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if !(largest > 0.0 && largest.is_finite()) || a.iter().any(|x| x.is_nan()) {
+        return None;
+    }
+    let a = a.map(|x| x / largest);
+    Some(scale(1.0 / norm(a), a))
+}
+
 /// The two halves of a twist [omega; v].
 #[inline(always)]
 pub fn halves(t: &[f64; 6]) -> (Vec3, Vec3) {

@@ -246,7 +246,7 @@ impl PyOrthogonalSqp {
     ///     "converged" (on target, at a minimum), "on target" (the limits or rounding stopped the objective) or "unreachable".
     /// iterations : int
     ///     Steps.
-    #[pyo3(signature = (target, q0=None, starts=64, seed=0))]
+    #[pyo3(signature = (target, q0=None, starts=24, seed=0))]
     fn solve<'py>(
         &self,
         py: Python<'py>,

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::array::{ok, read_vector, vector};
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{norm, scale};
+use crate::linalg::vector::unit;
 use crate::task::{Target, Task};
 
 /// What the tool has to do; the rest of its motion is free.
@@ -94,11 +94,7 @@ impl PyTask {
         match task {
             Task::Axisymmetric(_) => {
                 let axis = [row[3], row[4], row[5]];
-                let length = norm(axis);
-                if length == 0.0 {
-                    return Err(Error::value("axis", format!("{axis:?}"), "a vector that is not zero"));
-                }
-                target.axis = scale(1.0 / length, axis);
+                target.axis = unit(axis).ok_or_else(|| Error::value("axis", format!("{axis:?}"), "a vector that is not zero"))?;
             }
             Task::Full => {
                 let r = &row[3..12];

@@ -17,6 +17,8 @@ use crate::task::Directions;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
 const NEARLY_SINGULAR: f64 = 1e-4;
+/// A slope along the free motion below this part of the whole gradient is rounding: the objective does not feel that motion.
+const FLAT: f64 = 1e-12;
 /// Eigenvalues of the reduced Hessian are kept above this multiple of the largest.
 const LEAST_CURVATURE: f64 = 1e-8;
 
@@ -68,19 +70,17 @@ pub struct NewtonStep<const C: usize> {
     pub slope: f64,
     /// Largest component of the free part of the step.
     pub free: f64,
-    /// Largest multiplier of the task: the price of its error.
-    pub price: f64,
     /// How it came about.
     pub status: StepStatus,
 }
 
 /// One step; never longer than the bounds, never NaN for finite input.
-#[inline(always)]
+#[inline(never)]
 pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
     let n = known.jacobian.n();
     let m = known.directions.dimension();
     let rows = known.directions.rows(known.jacobian);
-    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, price: 0.0, status: StepStatus::Regular };
+    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, status: StepStatus::Regular };
     let factors = Orthogonal::new(&rows, n, m);
     if m > n || factors.spread() < NEARLY_SINGULAR {
         let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
@@ -101,7 +101,6 @@ pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> 
         && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
     if n > m && usable {
         let reduced = reduce(known, &factors.null_space(), &p, &dv, n, m);
-        out.price = reduced.price;
         free_motion(&reduced, &dv, bounds, &mut out, n, n - m);
     } else if !usable {
         out.status = StepStatus::TaskOnly;
@@ -116,7 +115,6 @@ struct Reduced<const C: usize> {
     gradient: [f64; C],
     hessian: [[f64; C]; C],
     slopes: [f64; C],
-    price: f64,
 }
 
 #[inline(always)]
@@ -141,8 +139,8 @@ fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6
         hdv[k] = inner(&objective.hessian[k], dv);
     }
     let bent_dv = bend(dv);
-    let price = lambda.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian: [[0.0; C]; C], slopes: [0.0; C], price };
+    let (steepness, sharpness) = sizes(objective, n);
+    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian: [[0.0; C]; C], slopes: [0.0; C] };
     for a in 0..r {
         let z = &basis[a];
         let bent = bend(z);
@@ -157,7 +155,24 @@ fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6
             out.hessian[b][a] -= 0.5 * inner(&bent, &basis[b]);
         }
     }
+    // A motion that the objective does not feel is not taken; the curvature put in its place keeps the model convex.
+    for a in 0..r {
+        let felt = out.gradient[a].abs() > FLAT * (steepness + sharpness * dv.iter().fold(0.0f64, |m, x| m.max(x.abs())));
+        if !felt {
+            out.gradient[a] = 0.0;
+        }
+        if out.hessian[a][a].abs() <= FLAT * sharpness {
+            out.hessian[a][a] = LEAST_CURVATURE * sharpness;
+        }
+    }
     out
+}
+
+/// The largest entries of gradient and Hessian.
+#[inline(always)]
+fn sizes<const C: usize>(objective: &Evaluation<C>, n: usize) -> (f64, f64) {
+    let largest = |row: &[f64]| row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    (largest(&objective.gradient[..n]), objective.hessian[..n].iter().fold(0.0f64, |m, row| m.max(largest(&row[..n]))))
 }
 
 /// Minimises the convexified model within the bounds and adds the free motion to the step.

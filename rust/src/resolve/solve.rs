@@ -4,18 +4,24 @@ use super::newton_step::{Bounds, Known, StepStatus, newton_step};
 use super::orthogonal_sqp::{OrthogonalSqp, RADIUS};
 use crate::index::{Evaluation, Order};
 use crate::inverse::{Postures, reach};
-use crate::kinematics::{Jacobian, forward, jacobian};
+use crate::kinematics::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, size};
+use crate::robot::Joint;
 use crate::task::Target;
+use std::f64::consts::TAU;
 
 /// Trial lengths of one step.
 const MAX_HALVINGS: usize = 12;
-/// A step whose largest free component is below this has converged: Newton's next one would be its square.
-const SETTLED: f64 = 1e-7;
-/// Steps of the search for a start.
+/// A Newton step of the free motion below this has settled: the next would be its square [rad or m].
+const SETTLED: f64 = 1e-6;
+/// Steps of the way to a target from afar.
 const REACH_ITERATIONS: usize = 60;
+/// Steps of the way back to it after a free motion.
+const RETURN_ITERATIONS: usize = 8;
+/// Error of a posture that counts as on target [rad, m].
+const ON_TARGET: f64 = 1e-9;
 
 /// How a solution ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,90 +60,83 @@ struct Iterate<const C: usize> {
     tool: Frame,
     jacobian: Jacobian<C>,
     objective: Evaluation<C>,
-    error: f64,
 }
 
 impl OrthogonalSqp {
     #[inline(always)]
-    fn iterate<const C: usize>(&self, q: [f64; C], target: &Target, order: Order) -> Iterate<C> {
+    fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<C> {
         let n = size::<C>(self.robot.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
         let objective = self.objective.evaluate_at(&self.robot, &q[..n], &columns, order, false);
-        let (w, v) = self.task.error(&tool, target);
-        Iterate { q, tool, jacobian: columns, objective, error: norm(w).hypot(norm(v) / self.settings.length) }
+        Iterate { q, tool, jacobian: columns, objective }
     }
 
-    /// From `q0` to the target, and on it to a minimum of the objective.
+    /// Moves `q` onto the target; whether it got there.
+    #[inline(always)]
+    fn restore<const C: usize>(&self, target: &Target, q: &mut [f64; C], iterations: usize) -> (bool, usize) {
+        let n = size::<C>(self.robot.n());
+        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
+        let tolerance = self.settings.tolerance;
+        let found = reach::<C>(robot, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
+        (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
+    }
+
+    /// From `q0` to the target, then on it to a minimum of the objective: every iterate is on the target, and each is better than the one
+    /// before, so that neither can spoil the other.
     pub fn solve<const C: usize>(&self, target: &Target, q0: &[f64]) -> Solution {
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; C];
         q[..n].copy_from_slice(&q0[..n]);
-        // Far from the target the objective has no say yet.
-        let near = 0.2;
-        let (w, v) = self.task.error(&forward::<C>(&self.robot, &q[..n]), target);
-        let mut iterations = 0;
-        if norm(w).hypot(norm(v) / self.settings.length) > near {
-            iterations += reach::<C>(&self.robot, &self.task, target, self.settings.length, &mut q[..n], 1e-6, REACH_ITERATIONS).iterations;
-        }
+        let (reached, mut iterations) = self.restore(target, &mut q, REACH_ITERATIONS);
+        let free = n > self.task.dimension();
+        let mut now = self.iterate(q, if free { Order::Hessian } else { Order::Value });
+        let mut settled = reached && !free;
         let order = if self.settings.exact_hessian { Order::Hessian } else { Order::Gradient };
-        let mut now = self.iterate(q, target, Order::Hessian);
-        let mut settled = false;
-        let mut limited = false;
-        let mut penalty = 0.0f64;
-        while iterations < self.settings.max_iterations && !settled {
+        while reached && !settled && iterations < self.settings.max_iterations {
             iterations += 1;
             let directions = self.task.directions(&now.tool, self.settings.length);
-            let (w, v) = self.task.error(&now.tool, target);
-            let known =
-                Known { jacobian: &now.jacobian, objective: &now.objective, directions: &directions, wanted: directions.reduce(w, v) };
+            let known = Known { jacobian: &now.jacobian, objective: &now.objective, directions: &directions, wanted: [0.0; 6] };
             let (low, high) = self.box_around::<C>(&now.q[..n]);
             let step = newton_step(&known, &Bounds { low, high, radius: RADIUS, gain: 1.0 });
-            limited = step.status != StepStatus::Regular;
-            penalty = penalty.max(2.0 * step.price * self.settings.length * (directions.dimension() as f64).sqrt());
-            let largest = step.dq[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-            let Some(next) = self.accept(&now, target, &step.dq, step.slope, penalty, order) else { break };
-            settled = largest <= SETTLED && next.error <= self.settings.tolerance.max(1e-12);
+            let last = step.free <= SETTLED;
+            if step.free == 0.0 {
+                settled = step.status == StepStatus::Regular;
+                break;
+            }
+            let Some(next) = self.descend(&now, target, &step.dq, step.slope, order) else {
+                // No descent along a descent direction: rounding has the last word, unless a limit had it.
+                settled = last;
+                break;
+            };
             let previous = now;
             now = next;
+            settled = last && step.status == StepStatus::Regular;
+            if last {
+                break;
+            }
             if !self.settings.exact_hessian {
                 update_hessian(&previous, &mut now, n);
             }
         }
-        self.finish(&now, target, iterations, settled && !limited)
+        self.finish(&now, target, iterations, settled)
     }
 
-    /// The longest of the step, its half, its quarter ... that decreases the objective plus the price of the error.
+    /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
     #[inline(always)]
-    fn accept<const C: usize>(
-        &self,
-        now: &Iterate<C>,
-        target: &Target,
-        dq: &[f64; C],
-        slope: f64,
-        penalty: f64,
-        order: Order,
-    ) -> Option<Iterate<C>> {
-        let merit = |it: &Iterate<C>| it.objective.value + penalty * it.error;
-        let start = merit(now);
+    fn descend<const C: usize>(&self, now: &Iterate<C>, target: &Target, dq: &[f64; C], slope: f64, order: Order) -> Option<Iterate<C>> {
         // What rounding alone can add.
-        let slack = 1e-11 * (now.objective.value.abs() + 1.0);
+        let slack = 1e-13 * (now.objective.value.abs() + 1.0);
         let mut alpha = 1.0;
         for _ in 0..MAX_HALVINGS {
             let mut q = now.q;
             for i in 0..C {
                 q[i] += alpha * dq[i];
             }
-            let next = self.iterate(q, target, order);
-            let promised = alpha * (1e-4 * slope - 0.1 * penalty * now.error);
-            let better = if start.is_finite() { merit(&next) <= start + promised + slack } else { next.error <= now.error };
-            // On the way to the target a full step that halves the error is always worth it: the merit's kink must not block it.
-            let restoring = alpha == 1.0
-                && next.objective.value.is_finite()
-                && now.error > 1e-9
-                && next.error <= 0.5 * now.error
-                && merit(&next) <= start + 0.1 * start.abs();
-            if better || restoring {
-                return Some(next);
+            if self.restore(target, &mut q, RETURN_ITERATIONS).0 {
+                let next = self.iterate(q, order);
+                if next.objective.value <= now.objective.value + 1e-4 * alpha * slope + slack {
+                    return Some(next);
+                }
             }
             alpha *= 0.5;
         }
@@ -150,7 +149,7 @@ impl OrthogonalSqp {
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; MAX_JOINTS];
         q[..n].copy_from_slice(&now.q[..n]);
-        let on_target = norm(w) <= 1e-9 && norm(v) <= 1e-9;
+        let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
         let status = match (on_target, settled) {
             (true, true) => SolveStatus::Converged,
             (true, false) => SolveStatus::OnTarget,
@@ -167,16 +166,34 @@ impl OrthogonalSqp {
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];
             postures.fill(&self.robot, &mut q[..n]);
-            let reached = reach::<C>(&self.robot, &self.task, target, self.settings.length, &mut q[..n], 1e-4, REACH_ITERATIONS);
-            if reached.error > 1e-4 {
-                continue;
-            }
-            let solution = self.solve::<C>(target, &q[..n]);
-            if solution.status != SolveStatus::Unreachable && best.as_ref().is_none_or(|b| solution.value < b.value) {
+            let mut solution = self.solve::<C>(target, &q[..n]);
+            self.unwind(&mut solution.q[..n]);
+            if solution.status != SolveStatus::Unreachable && best.as_ref().is_none_or(|b| self.prefers(&solution, b)) {
                 best = Some(solution);
             }
         }
         best
+    }
+
+    /// Takes whole turns off revolute joints until each is as near to the middle of its range as it can be: the same posture.
+    fn unwind(&self, q: &mut [f64]) {
+        for i in 0..q.len() {
+            if self.robot.joints()[i] == Joint::Revolute {
+                q[i] -= TAU * ((q[i] - self.middle(i)) / TAU).round();
+            }
+        }
+    }
+
+    /// The middle of a joint's range, 0 without limits.
+    fn middle(&self, i: usize) -> f64 {
+        self.robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle)
+    }
+
+    /// Whether solution `a` beats `b`: by value, and among equals (mirrored postures, whole turns) by distance from the middle of the ranges.
+    fn prefers(&self, a: &Solution, b: &Solution) -> bool {
+        let distance = |s: &Solution| (0..self.robot.n()).map(|i| (s.q[i] - self.middle(i)).powi(2)).sum::<f64>();
+        let tie = 1e-9 * b.value.abs();
+        a.value < b.value - tie || (a.value <= b.value + tie && distance(a) < distance(b) - 1e-6)
     }
 
     /// Along the targets, each from the posture of the one before.

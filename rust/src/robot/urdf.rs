@@ -6,7 +6,7 @@ use std::path::Path;
 use urdf_rs::{JointType, Pose};
 
 use super::{Joint, Limits, Robot};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, cross, dot, norm, scale};
 
@@ -89,6 +89,9 @@ impl Robot {
         let mut limits = Limits::none(0);
         let mut pending = Frame::IDENTITY;
         for joint in chain(&urdf, base, tip)? {
+            for (part, numbers) in [("xyz", &joint.origin.xyz.0), ("rpy", &joint.origin.rpy.0)] {
+                check_finite(&format!("{part} of the origin of joint {:?}", joint.name), numbers)?;
+            }
             pending = pending.compose(&frame_of(&joint.origin));
             let kind = match joint.joint_type {
                 JointType::Revolute | JointType::Continuous => Joint::Revolute,

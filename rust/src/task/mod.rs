@@ -3,7 +3,7 @@
 use crate::error::{Error, Result, check_finite};
 use crate::kinematics::Jacobian;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, add, cross, dot, norm, perpendicular, scale, sub};
+use crate::linalg::vector::{Vec3, add, cross, dot, norm, perpendicular, scale, sub, unit};
 use crate::linalg::{Row6, Rows6};
 
 /// A task: which motions of the tool matter.
@@ -82,11 +82,10 @@ impl Task {
     /// A tool that may spin about `axis` (tool frame, any length).
     pub fn axisymmetric(axis: Vec3) -> Result<Self> {
         check_finite("axis", &axis)?;
-        let length = norm(axis);
-        if length == 0.0 {
-            return Err(Error::value("axis", format!("{axis:?}"), "a vector that is not zero"));
+        match unit(axis) {
+            Some(axis) => Ok(Self::Axisymmetric(axis)),
+            None => Err(Error::value("axis", format!("{axis:?}"), "a vector that is not zero")),
         }
-        Ok(Self::Axisymmetric(scale(1.0 / length, axis)))
     }
 
     /// Number of components of the twist that matter.
@@ -126,16 +125,17 @@ impl Task {
     }
 }
 
+/// Axes this close to opposite [rad] have no usable direction to turn in: any perpendicular will do.
+const OPPOSITE: f64 = 1e-8;
+
 /// The rotation vector that turns unit vector `from` onto `to` along the shortest way.
 #[inline(always)]
 fn turn(from: Vec3, to: Vec3) -> Vec3 {
     let normal = cross(from, to);
     let sine = norm(normal);
     let cosine = dot(from, to);
-    if sine > 0.0 {
-        scale(sine.atan2(cosine) / sine, normal)
-    } else if cosine >= 0.0 {
-        [0.0; 3]
+    if cosine >= 0.0 || sine > OPPOSITE {
+        scale(if sine > 0.0 { sine.atan2(cosine) / sine } else { 1.0 }, normal)
     } else {
         scale(std::f64::consts::PI, perpendicular(from).0)
     }

@@ -1,0 +1,213 @@
+//! No kernel, index or step allocates after construction.
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
+use _core::inverse::reach;
+use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, second_derivative};
+use _core::linalg::{MAX_JOINTS, vector::halves};
+use _core::optimize::qp::{self, MAX_VARIABLES, Row};
+use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, newton_step};
+use _core::robot::Robot;
+use _core::task::{Target, Task};
+use _core::with_capacity;
+use common::{Rng, evaluate, fanuc, iiwa, indices, step};
+
+/// Counts what the current thread asks for.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that is going away has no counter any more.
+    let _ = ALLOCATIONS.try_with(|counter| counter.set(counter.get() + 1));
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises are those of `System`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as above.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// What `f` returns, after checking that it asked for no memory.
+fn free_of_allocation<T>(what: &str, f: impl FnOnce() -> T) -> T {
+    let before = ALLOCATIONS.get();
+    let out = black_box(f());
+    let after = ALLOCATIONS.get();
+    assert_eq!(after - before, 0, "{what}: {} allocations", after - before);
+    out
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = ALLOCATIONS.get();
+    black_box(vec![1.0; 10]);
+    assert_eq!(ALLOCATIONS.get() - before, 1);
+}
+
+fn rows_for(n: usize) -> Rows {
+    Rows::new(if n < 6 { &[3, 4, 5] } else { &[0, 1, 2, 3, 4, 5] }, 0.5).unwrap()
+}
+
+fn tasks(n: usize) -> Vec<Task> {
+    let all = [Task::Position, Task::axisymmetric([0.0, 0.0, 1.0]).unwrap(), Task::Full];
+    all.into_iter().filter(|task| task.dimension() <= n).collect()
+}
+
+fn target_at<const C: usize>(robot: &Robot, q: &[f64]) -> Target {
+    let tool = forward::<C>(robot, q);
+    Target { position: tool.origin, axis: tool.axes[2], rotation: tool.axes }
+}
+
+fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {
+    let n = robot.n();
+    let rates: Vec<f64> = (0..n).map(|i| 0.1 + 0.2 * i as f64).collect();
+    let mut second = vec![0.0; 6 * n * n * n];
+    let mut first = vec![0.0; 6 * n * n];
+    free_of_allocation("forward", || forward::<C>(robot, q));
+    let (_, columns) = free_of_allocation("jacobian", || jacobian::<C>(robot, q));
+    free_of_allocation("JacobianDerivative", || JacobianDerivative::new(&columns).write(&mut first));
+    free_of_allocation("second_derivative", || second_derivative(&columns, &mut second));
+    free_of_allocation("jacobian_rate", || jacobian_rate(&columns, &rates));
+
+    let rows = rows_for(n);
+    free_of_allocation("length_of_least_condition", || length_of_least_condition(&rows, &columns));
+    for index in indices(rows) {
+        let objective = Objective::new(vec![(1.0, index.clone())]).unwrap();
+        for order in [Order::Value, Order::Gradient, Order::Hessian] {
+            for with_length in [false, true] {
+                free_of_allocation(&format!("{index:?} {order:?} {with_length}"), || evaluate::<C>(&objective, robot, q, order, with_length));
+            }
+        }
+    }
+    let sum = Objective::new(indices(rows).into_iter().map(|index| (0.3, index)).collect()).unwrap();
+    free_of_allocation("sum", || evaluate::<C>(&sum, robot, q, Order::Hessian, true));
+    free_of_allocation("check", || sum.check(robot).is_ok());
+}
+
+fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
+    let n = robot.n();
+    let robot = Arc::new(robot.clone());
+    let rows = rows_for(n);
+    let simple = |index: Index| Objective::new(vec![(1.0, index)]).unwrap();
+    let objectives = [
+        simple(indices(rows)[2].clone()),
+        Objective::new(vec![(1.0, indices(rows)[7].clone()), (0.1, indices(rows)[0].clone()), (1e-3, indices(rows)[1].clone())]).unwrap(),
+    ];
+    let near: Vec<f64> = q.iter().enumerate().map(|(i, x)| x + 0.03 * (i as f64).cos()).collect();
+    let far: Vec<f64> = q.iter().enumerate().map(|(i, x)| 0.3 * x - 0.4 * (2.0 * i as f64).cos()).collect();
+    let twist = [0.1, -0.2, 0.05, 0.3, 0.1, -0.2];
+    let mut rates = vec![0.0; n];
+    for task in tasks(n) {
+        for objective in &objectives {
+            for (exact_hessian, limits) in [(true, true), (false, true), (true, false)] {
+                let settings =
+                    Settings { length: 0.5, exact_hessian, gain: 5.0, dt: 0.001, limits, tolerance: 1e-10, max_iterations: 60 };
+                let sqp = OrthogonalSqp::new(robot.clone(), task, objective.clone(), settings).unwrap();
+                free_of_allocation("step", || step::<C>(&sqp, q, &twist, &mut rates));
+                let target = free_of_allocation("target", || target_at::<C>(&robot, &near));
+                free_of_allocation("solve", || sqp.solve::<C>(&target, q));
+                let targets = [target, target_at::<C>(&robot, q), target_at::<C>(&robot, &far)];
+                free_of_allocation("solve from afar", || sqp.solve::<C>(&targets[2], q));
+                let mut worst = 0.0f64;
+                free_of_allocation("follow", || sqp.follow::<C>(&targets, q, |_, point| worst = worst.max(point.position_error)));
+                free_of_allocation("solve_best", || sqp.solve_best::<C>(&target, 3, 5));
+            }
+        }
+        let target = target_at::<C>(&robot, &far);
+        let mut moved = q.to_vec();
+        free_of_allocation("reach", || reach::<C>(&robot, &task, &target, 0.5, &mut moved, 1e-9, 60));
+        let (tool, columns) = jacobian::<C>(&robot, q);
+        let evaluated = evaluate::<C>(&objectives[1], &robot, q, Order::Hessian, false);
+        let directions = task.directions(&tool, 0.5);
+        let (w, v) = halves(&twist);
+        let known = Known { jacobian: &columns, objective: &evaluated, directions: &directions, wanted: directions.reduce(w, v) };
+        let bounds = Bounds { low: [-0.2; C], high: [0.2; C], radius: 0.1, gain: 1.0 };
+        free_of_allocation("newton_step", || newton_step(&known, &bounds));
+    }
+}
+
+fn programme(n: usize) {
+    let rng = &mut Rng(n as u64);
+    let n = n.min(MAX_VARIABLES);
+    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
+    let mut g = [0.0; MAX_VARIABLES];
+    for i in 0..n {
+        h[i][i] = 1.0 + i as f64;
+        g[i] = rng.within(-5.0, 5.0);
+    }
+    let rows: Vec<Row> = (0..2 * MAX_JOINTS)
+        .map(|_| Row { a: std::array::from_fn(|i| if i < n { rng.within(-1.0, 1.0) } else { 0.0 }), b: rng.within(-1.0, 0.0) })
+        .collect();
+    let solution = free_of_allocation("qp", || qp::solve(&h, &g, &rows, n));
+    assert!(solution.changes > 0);
+}
+
+fn everything(robot: &Robot) {
+    let n = robot.n();
+    let q: Vec<f64> = (0..n).map(|i| 0.4 + 0.3 * (1.7 * i as f64).sin()).collect();
+    with_capacity!(n, kernels(robot, &q));
+    with_capacity!(n, resolution(robot, &q));
+    programme(n);
+    // Singular postures and bad numbers take other paths.
+    for bad in [vec![0.0; n], vec![f64::NAN; n], vec![1e300; n], vec![f64::INFINITY; n]] {
+        with_capacity!(n, kernels(robot, &bad));
+        with_capacity!(n, resolution(robot, &bad));
+    }
+}
+
+#[test]
+fn three_joints() {
+    everything(&Rng(3).robot(3, false, 0));
+}
+
+#[test]
+fn six_joints() {
+    everything(&fanuc());
+}
+
+#[test]
+fn seven_joints() {
+    everything(&iiwa());
+}
+
+#[test]
+fn nine_joints() {
+    everything(&Rng(9).robot(9, true, 2));
+}
+
+#[test]
+fn twelve_joints() {
+    everything(&Rng(12).robot(12, true, 0));
+}

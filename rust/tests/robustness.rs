@@ -1,0 +1,359 @@
+//! No bit pattern makes a kernel panic or loop; rates are finite and within the limits for every finite input.
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
+use _core::inverse::reach;
+use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use _core::linalg::orthogonal::Orthogonal;
+use _core::linalg::svd::Svd;
+use _core::linalg::symmetric::diagonalise;
+use _core::optimize::qp::{self, MAX_VARIABLES, Row};
+use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, StepStatus, newton_step};
+use _core::robot::Robot;
+use _core::task::{Target, Task};
+use _core::with_capacity;
+use common::{Rng, evaluate, fanuc, iiwa, indices, rngs, step};
+use proptest::prelude::*;
+
+/// A robot with its solvers, made once.
+struct Subject {
+    robot: Arc<Robot>,
+    objectives: Vec<Objective>,
+    solvers: Vec<OrthogonalSqp>,
+}
+
+fn objectives(n: usize) -> Vec<Objective> {
+    let one = |index: Index| Objective::new(vec![(1.0, index)]).unwrap();
+    let rows = Rows::new(&[0, 1, 2, 3, 4, 5][6 - n.min(6)..], 0.5).unwrap();
+    let mut out: Vec<Objective> = indices(rows).into_iter().map(one).collect();
+    out.push(Objective::new(indices(rows).into_iter().map(|index| (0.2, index)).collect()).unwrap());
+    out
+}
+
+fn solvers(robot: &Arc<Robot>, objectives: &[Objective]) -> Vec<OrthogonalSqp> {
+    let mut out = Vec::new();
+    for task in [Task::axisymmetric([0.3, -0.2, 1.0]).unwrap(), Task::Position, Task::Full] {
+        if task.dimension() > robot.n() {
+            continue;
+        }
+        for (i, objective) in objectives.iter().enumerate() {
+            let settings = Settings {
+                length: [0.5, 1e-3, 20.0][i % 3],
+                exact_hessian: i % 4 != 3,
+                gain: [10.0, 0.0, 1e4][i % 3],
+                dt: [1e-3, 0.05][i % 2],
+                limits: i % 5 != 4,
+                tolerance: 1e-9,
+                max_iterations: 12,
+            };
+            out.push(OrthogonalSqp::new(robot.clone(), task, objective.clone(), settings).unwrap());
+        }
+    }
+    out
+}
+
+fn subjects() -> Vec<Subject> {
+    let mut robots = vec![fanuc(), iiwa(), iiwa(), fanuc()];
+    for n in [1, 3, 5, 9, 12] {
+        robots.push(Rng(n as u64).robot(n, true, n / 2));
+    }
+    robots
+        .into_iter()
+        .map(|robot| {
+            let robot = Arc::new(robot);
+            let objectives = objectives(robot.n());
+            let solvers = solvers(&robot, &objectives);
+            Subject { robot, objectives, solvers }
+        })
+        .collect()
+}
+
+/// Every kernel once with numbers of any kind.
+fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
+    let robot = &*subject.robot;
+    let n = robot.n();
+    // All wild, or one wild number among tame ones, which gets further.
+    let spread = rng.below(3);
+    let culprit = rng.below(n);
+    let mut number = |i: usize, culprit: usize| if spread == 0 || i == culprit { rng.wild() } else { rng.within(-2.5, 2.5) };
+    let q: Vec<f64> = (0..n).map(|i| number(i, culprit)).collect();
+    let other = culprit % 6;
+    let twist: [f64; 6] = std::array::from_fn(|i| number(i, other));
+    let target = Target {
+        position: std::array::from_fn(|i| number(i, other)),
+        axis: std::array::from_fn(|i| number(i, other)),
+        rotation: std::array::from_fn(|c| std::array::from_fn(|r| number(3 * c + r, culprit))),
+    };
+    let rates: Vec<f64> = (0..n).map(|i| number(i, culprit)).collect();
+
+    let frame = forward::<C>(robot, &q);
+    let (tool, columns) = jacobian::<C>(robot, &q);
+    link_frames(robot, &q);
+    jacobian_rate(&columns, &rates);
+    JacobianDerivative::new(&columns);
+    if n <= 3 {
+        second_derivative(&columns, &mut [0.0; 6 * 27]);
+    }
+    length_of_least_condition(&Rows::new(&[3, 4, 5][3 - n.min(3)..], 0.5).unwrap(), &columns);
+
+    let objective = &subject.objectives[rng.below(subject.objectives.len())];
+    let evaluated = evaluate::<C>(objective, robot, &q, Order::Hessian, rng.below(2) == 0);
+    evaluate::<C>(objective, robot, &q, Order::Value, false);
+
+    let task = [Task::Full, Task::Position, Task::Axisymmetric([0.0, 0.6, 0.8])][rng.below(3)];
+    for at in [&frame, &tool] {
+        task.error(at, &target);
+        Task::Full.error(at, &target);
+    }
+    let mut moved = q.clone();
+    reach::<C>(robot, &task, &target, 0.5, &mut moved, 1e-9, 4);
+
+    // The step by itself, with a made-up objective, and numbers of any kind as bounds (lower at most upper).
+    let directions = task.directions(&tool, 0.5);
+    let mut invented = evaluated;
+    if rng.below(2) == 0 {
+        invented.value = 1.0;
+        for k in 0..n {
+            invented.gradient[k] = rng.finite();
+            for l in 0..n {
+                invented.hessian[k][l] = rng.finite();
+            }
+        }
+    }
+    let known = Known { jacobian: &columns, objective: &invented, directions: &directions, wanted: twist };
+    let (a, b) = (rng.finite(), rng.finite());
+    let bounds = Bounds { low: [a.min(b); C], high: [a.max(b); C], radius: 0.3, gain: 1.0 };
+    newton_step(&known, &bounds);
+
+    if !subject.solvers.is_empty() {
+        let solver = &subject.solvers[rng.below(subject.solvers.len())];
+        let mut out = vec![0.0; n];
+        step::<C>(solver, &q, &twist, &mut out);
+        assert!(out.iter().all(|x| !x.is_nan()), "NaN rates from {q:?} {twist:?}: {out:?}");
+        let solution = solver.solve::<C>(&target, &q);
+        assert!(solution.iterations <= solver.settings().max_iterations.max(60));
+    }
+}
+
+/// The linear algebra and the programme by themselves.
+fn matrices(rng: &mut Rng) {
+    let spread = rng.below(3);
+    let culprit = rng.below(42);
+    let mut number = |i: usize| if spread == 0 || i == culprit { rng.wild() } else { rng.within(-2.0, 2.0) };
+    let a: [[f64; 7]; 6] = std::array::from_fn(|r| std::array::from_fn(|i| number(6 * i + r)));
+    for m in [1, 3, 6] {
+        let factors = Orthogonal::new(&a, 7, m);
+        factors.pseudo_inverse();
+        factors.null_space();
+        Svd::new(&a, 7, m).null_space();
+    }
+    let mut symmetric: [[f64; 7]; 7] = std::array::from_fn(|i| std::array::from_fn(|j| number(7 * i.min(j) + i.max(j))));
+    diagonalise(&mut symmetric, &mut [[0.0; 7]; 7], 7);
+
+    let n = 1 + rng.below(6);
+    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
+    let mut g = [0.0; MAX_VARIABLES];
+    let tame = rng.below(2) == 0;
+    for i in 0..n {
+        h[i][i] = if tame { 1.0 } else { rng.wild() };
+        g[i] = rng.wild();
+    }
+    let rows: Vec<Row> = (0..rng.below(20)).map(|_| Row { a: std::array::from_fn(|_| rng.wild()), b: rng.wild() }).collect();
+    let solution = qp::solve(&h, &g, &rows, n);
+    assert!(solution.changes <= 201);
+}
+
+fn trials(count: usize, seed: u64) {
+    let subjects = subjects();
+    for i in 0..count {
+        let rng = &mut Rng(seed.wrapping_add(i as u64).wrapping_mul(0x5851_f42d_4c95_7f2d));
+        let subject = &subjects[i % subjects.len()];
+        with_capacity!(subject.robot.n(), trial(subject, rng));
+        matrices(rng);
+    }
+}
+
+#[test]
+fn no_panic_on_20_000_patterns() {
+    trials(20_000, 1);
+}
+
+#[test]
+#[ignore = "a minute or more: make soak"]
+fn no_panic_on_a_million_patterns() {
+    trials(1_000_000, 1 << 40);
+}
+
+/// Rates are finite, within the speed limits, and keep each joint within its position limits or bring it no further out.
+fn check_step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &[f64; 6]) -> Result<StepStatus, TestCaseError> {
+    let n = q.len();
+    let mut rates = vec![f64::NAN; n];
+    let status = step::<C>(solver, q, twist, &mut rates);
+    let dt = solver.settings().dt;
+    for i in 0..n {
+        prop_assert!(rates[i].is_finite(), "{status:?}: rate {i} of {rates:?} from {q:?}, {twist:?}");
+        if !solver.settings().limits {
+            continue;
+        }
+        let limits = solver.robot().limits();
+        let speed = limits.qd_max[i];
+        prop_assert!(rates[i].abs() <= speed * (1.0 + 1e-14), "{status:?}: rate {i} is {} of {speed}", rates[i]);
+        let next = q[i] + rates[i] * dt;
+        let rounding = 4.0 * f64::EPSILON * (q[i].abs() + (rates[i] * dt).abs());
+        let (low, high) = (limits.q_min[i].min(q[i]), limits.q_max[i].max(q[i]));
+        prop_assert!(next >= low - rounding && next <= high + rounding, "{status:?}: joint {i} goes from {} to {next}, limits {low} {high}", q[i]);
+    }
+    Ok(status)
+}
+
+/// A posture: tame, at a singularity, at or beyond limits, or of any size.
+fn posture(rng: &mut Rng, robot: &Robot, kind: usize) -> Vec<f64> {
+    let n = robot.n();
+    let limits = robot.limits();
+    let mut q: Vec<f64> = (0..n).map(|_| rng.within(-2.5, 2.5)).collect();
+    match kind {
+        // Multiples of a right angle: wrists, elbows and shoulders in line.
+        0 => q.iter_mut().for_each(|x| *x = (*x / FRAC_PI_2).round() * FRAC_PI_2),
+        // Within rounding of them.
+        1 => q.iter_mut().for_each(|x| *x = (*x / FRAC_PI_2).round() * FRAC_PI_2 + 1e-9 * (*x)),
+        2 => {
+            for i in 0..n {
+                q[i] = [limits.q_min[i], limits.q_max[i], q[i]][rng.below(3)].clamp(-10.0, 10.0);
+            }
+        }
+        3 => q.iter_mut().for_each(|x| *x *= 10.0),
+        4 => q.iter_mut().for_each(|x| *x = rng.finite()),
+        5 => {
+            let i = rng.below(n);
+            q[i] = rng.finite();
+        }
+        6 => {
+            let i = rng.below(n);
+            q[i] = 0.0;
+        }
+        _ => {}
+    }
+    q
+}
+
+fn twist(rng: &mut Rng, kind: usize) -> [f64; 6] {
+    std::array::from_fn(|_| match kind {
+        0 => 0.0,
+        1 => rng.finite(),
+        2 => rng.within(-100.0, 100.0),
+        _ => rng.within(-0.5, 0.5),
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn step_stays_within_limits(seed in rngs(), which in 0usize..9, kind in 0usize..8, motion in 0usize..4) {
+        thread_local! {
+            static SUBJECTS: Vec<Subject> = subjects();
+        }
+        SUBJECTS.with(|subjects| {
+            let subject = &subjects[which];
+            if subject.solvers.is_empty() {
+                return Ok(());
+            }
+            let rng = &mut Rng(seed);
+            let (q, twist) = (posture(rng, &subject.robot, kind), twist(rng, motion));
+            let solver = &subject.solvers[rng.below(subject.solvers.len())];
+            with_capacity!(q.len(), check_step(solver, &q, &twist)).map(|_| ())
+        })?;
+    }
+}
+
+/// The three singularities of a decoupled six-axis arm, exactly and nearly, on every solver.
+#[test]
+fn step_at_singular_postures() {
+    // Without a tool, the wrist centre is that of joints 4 to 6.
+    let robot = Arc::new(fanuc());
+    let solvers = solvers(&robot, &objectives(6));
+    let reach_of_forearm = (0.17f64).atan2(1.016);
+    for offset in [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3] {
+        let wrist = [0.4, 0.3, 0.2, 0.5, offset, -0.7];
+        let elbow = [0.4, 0.3, stretched_elbow(&robot, reach_of_forearm) + offset, 0.5, 0.8, -0.7];
+        let shoulder = shoulder_over_axis(&robot, offset);
+        for q in [wrist, elbow, shoulder, [0.0, 0.0, 0.0, 0.0, offset, 0.0]] {
+            for solver in &solvers {
+                for scale in [0.0, 1e-6, 0.1, 10.0, 1e6, 1e300] {
+                    let twist = [0.3, -0.2, 0.5, 0.4, -0.6, 0.2].map(|x| scale * x);
+                    check_step::<6>(solver, &q, &twist).unwrap();
+                    check_step::<16>(solver, &q, &twist).unwrap();
+                }
+            }
+        }
+    }
+}
+
+/// The wrist centre in the base frame: where axes 4, 5 and 6 meet.
+fn wrist_centre(robot: &Robot, q: &[f64]) -> [f64; 3] {
+    link_frames(robot, q)[4].origin
+}
+
+/// Extremum of `f` on an interval by golden sections.
+fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    for _ in 0..200 {
+        let (a, b) = (low + 0.381_966 * (high - low), low + 0.618_034 * (high - low));
+        if f(a) < f(b) { high = b } else { low = a }
+    }
+    0.5 * (low + high)
+}
+
+/// The third angle at which the wrist centre is farthest from joint 2.
+fn stretched_elbow(robot: &Robot, guess: f64) -> f64 {
+    let farness = |q3: f64| {
+        let frames = link_frames(robot, &[0.4, 0.3, q3, 0.5, 0.8, -0.7]);
+        let (a, b) = (frames[1].origin, wrist_centre(robot, &[0.4, 0.3, q3, 0.5, 0.8, -0.7]));
+        -(0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>()
+    };
+    let best = (0..64).map(|i| -PI + PI / 32.0 * f64::from(i)).min_by(|a, b| farness(*a).total_cmp(&farness(*b))).unwrap_or(guess);
+    golden(farness, best - 0.1, best + 0.1)
+}
+
+/// A posture whose wrist centre is on axis 1, plus an offset of joint 2.
+fn shoulder_over_axis(robot: &Robot, offset: f64) -> [f64; 6] {
+    let at = |q2: f64| [0.4, q2, 1.2, 0.5, 0.8, -0.7];
+    let off_axis = |q2: f64| {
+        let p = wrist_centre(robot, &at(q2));
+        p[0].hypot(p[1])
+    };
+    let best = (0..128).map(|i| -PI + PI / 64.0 * f64::from(i)).min_by(|a, b| off_axis(*a).total_cmp(&off_axis(*b))).unwrap_or(0.0);
+    at(golden(off_axis, best - 0.1, best + 0.1) + offset)
+}
+
+/// The task's tool motion is followed exactly at regular postures well inside the limits.
+#[test]
+fn regular_steps_follow_the_twist() {
+    let robot = Arc::new(iiwa());
+    let rng = &mut Rng(11);
+    let mut regular = 0;
+    for solver in solvers(&robot, &objectives(7)) {
+        for _ in 0..20 {
+            let q: Vec<f64> = (0..7).map(|_| rng.within(-1.2, 1.2)).collect();
+            let twist: [f64; 6] = std::array::from_fn(|_| rng.within(-0.02, 0.02));
+            let mut rates = vec![0.0; 7];
+            let status = step::<8>(&solver, &q, &twist, &mut rates);
+            if status != StepStatus::Regular {
+                continue;
+            }
+            regular += 1;
+            let (tool, columns) = jacobian::<7>(&robot, &q);
+            let got = columns.times(&rates);
+            let directions = solver.task().directions(&tool, 0.5);
+            let split = |t: &[f64; 6]| directions.reduce([t[0], t[1], t[2]], [t[3], t[4], t[5]]);
+            for (a, b) in split(&got).iter().zip(&split(&twist)) {
+                assert!((a - b).abs() <= 1e-10, "{a} {b}");
+            }
+        }
+    }
+    assert!(regular > 200, "only {regular} regular steps");
+}
