@@ -36,6 +36,9 @@ def checked(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> F64:
     NonFiniteError
         If a number is NaN or infinite.
     """
+    if np.iscomplexobj(value):
+        # numpy would only warn while it drops the imaginary part.
+        raise InvalidValueError(f"{name} is no array of real numbers")
     try:
         array = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError):

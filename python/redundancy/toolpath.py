@@ -259,12 +259,15 @@ class Toolpath:
 
 
 def _unit(axis: F64) -> F64:
-    norms = np.linalg.norm(axis, axis=1, keepdims=True)
-    if not norms.all():
-        point = int(np.argmin(norms))
+    # Scaled by its largest component first, so that no length overflows or vanishes.
+    largest = np.abs(axis).max(axis=1, keepdims=True)
+    if not largest.all():
+        point = int(np.argmin(largest))
         raise PointError(f"axis[{point}] is {axis[point].tolist()}, expected a vector that is not zero", point)
+    scaled = axis / largest
+    norms = np.linalg.norm(scaled, axis=1, keepdims=True)
     # Unit vectors stay as they are, so that a path that was written reads back the same.
-    unit: F64 = np.where(np.abs(norms - 1.0) < 1e-15, axis, axis / norms)
+    unit: F64 = np.where(np.abs(norms * largest - 1.0) < 1e-15, axis, scaled / norms)
     unit.setflags(write=False)
     return unit
 

@@ -11,8 +11,9 @@ use super::{Mat6, Row6, Rows6, size};
 /// An orthogonal vector shorter than this multiple of the longest means that the rows of A are dependent to working precision.
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
-/// A vector whose square shrinks below this part of its row's has lost digits to cancellation, and with them orthogonality.
-const CANCELLED: f64 = 0.01;
+/// A vector whose square shrinks below this part of its row's has lost digits to cancellation, and with them orthogonality
+/// (Daniel, Gragg, Kaufman and Stewart 1976).
+const CANCELLED: f64 = 0.5;
 
 #[inline(always)]
 fn dot<const C: usize>(a: &[f64; C], b: &[f64; C]) -> f64 {
@@ -58,10 +59,9 @@ impl<const C: usize> Orthogonal<C> {
                 out.orthogonalise_again(k);
             }
             let pivot = out.o[k];
-            let reciprocal = 1.0 / out.square[k];
-            out.reciprocal[k] = reciprocal;
+            out.reciprocal[k] = 1.0 / out.square[k];
             for c in k + 1..m {
-                let factor = dot(&pivot, &out.o[c]) * reciprocal;
+                let factor = dot(&pivot, &out.o[c]) / out.square[k];
                 out.u[k][c] = factor;
                 subtract(&mut out.o[c], factor, &pivot);
             }
@@ -122,7 +122,7 @@ impl<const C: usize> Orthogonal<C> {
         let mut p = self.o;
         for k in (0..self.m).rev() {
             for x in &mut p[k] {
-                *x *= self.reciprocal[k];
+                *x /= self.square[k];
             }
             for j in k + 1..self.m {
                 let done = p[j];

@@ -35,9 +35,13 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
     static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
     let function = ASARRAY.import(py, "numpy", "asarray")?;
-    let array = function.call1((value, "float64")).map_err(|_| {
-        PyErr::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers"))
-    })?;
+    let wrong = || PyErr::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers"));
+    let array = function.call1((value,)).map_err(|_| wrong())?;
+    // numpy would only warn while it drops an imaginary part.
+    if array.getattr("dtype")?.getattr("kind")?.extract::<char>()? == 'c' {
+        return Err(wrong());
+    }
+    let array = function.call1((array, "float64")).map_err(|_| wrong())?;
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
