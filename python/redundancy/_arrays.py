@@ -36,11 +36,11 @@ def checked(name: str, value: ArrayLike, shape: tuple[int | None, ...]) -> F64:
     NonFiniteError
         If a number is NaN or infinite.
     """
-    if np.iscomplexobj(value):
-        # numpy would only warn while it drops the imaginary part.
-        raise InvalidValueError(f"{name} is no array of real numbers")
     try:
-        array = np.array(value, dtype=np.float64, order="C")
+        given = np.asarray(value)
+        if given.dtype.kind == "c":  # numpy would only warn while it drops the imaginary part
+            raise TypeError
+        array = np.array(given, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise InvalidValueError(f"{name} is no array of real numbers") from None
     if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
