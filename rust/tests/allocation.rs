@@ -1,13 +1,11 @@
 //! No kernel, index or step allocates after construction.
-#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use crate::common::{Rng, evaluate, fanuc, iiwa, indices, step};
 use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
 use _core::inverse::reach;
 use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, second_derivative};
@@ -17,7 +15,6 @@ use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, newton_step};
 use _core::robot::Robot;
 use _core::task::{Target, Task};
 use _core::with_capacity;
-use common::{Rng, evaluate, fanuc, iiwa, indices, step};
 
 /// Counts what the current thread asks for.
 struct Counting;
@@ -107,7 +104,9 @@ fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {
         let objective = Objective::new(vec![(1.0, index.clone())]).unwrap();
         for order in [Order::Value, Order::Gradient, Order::Hessian] {
             for with_length in [false, true] {
-                free_of_allocation(&format!("{index:?} {order:?} {with_length}"), || evaluate::<C>(&objective, robot, q, order, with_length));
+                free_of_allocation(&format!("{index:?} {order:?} {with_length}"), || {
+                    evaluate::<C>(&objective, robot, q, order, with_length)
+                });
             }
         }
     }
@@ -132,8 +131,7 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
     for task in tasks(n) {
         for objective in &objectives {
             for (exact_hessian, limits) in [(true, true), (false, true), (true, false)] {
-                let settings =
-                    Settings { length: 0.5, exact_hessian, gain: 5.0, dt: 0.001, limits, tolerance: 1e-10, max_iterations: 60 };
+                let settings = Settings { length: 0.5, exact_hessian, gain: 5.0, dt: 0.001, limits, tolerance: 1e-10, max_iterations: 60 };
                 let sqp = OrthogonalSqp::new(robot.clone(), task, objective.clone(), settings).unwrap();
                 free_of_allocation("step", || step::<C>(&sqp, q, &twist, &mut rates));
                 let target = free_of_allocation("target", || target_at::<C>(&robot, &near));

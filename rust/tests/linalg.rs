@@ -1,10 +1,8 @@
 //! The small dense linear algebra by the properties that define it.
-#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
 
 use std::f64::consts::PI;
 
+use crate::common::{Rng, distance, rngs};
 use _core::error::Error;
 use _core::kinematics::{forward, jacobian};
 use _core::linalg::Rows6;
@@ -15,7 +13,6 @@ use _core::linalg::svd::Svd;
 use _core::linalg::symmetric::diagonalise;
 use _core::linalg::vector::{cross, dot, norm, perpendicular, scale};
 use _core::robot::Robot;
-use common::{Rng, distance, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -184,8 +181,8 @@ proptest! {
         let b: [f64; C] = std::array::from_fn(|i| if i < n { rng.within(-1.0, 1.0) } else { 0.0 });
         let x = factor.solve(&b);
         let residual: Vec<f64> = (0..n).map(|i| (0..n).map(|j| inside[i.max(j)][i.min(j)] * x[j]).sum::<f64>() - b[i]).collect();
-        let size = common::length(&x[..n]);
-        prop_assert!(common::length(&residual) <= 100.0 * EPS * (size + 1.0), "{residual:?}");
+        let size = crate::common::length(&x[..n]);
+        prop_assert!(crate::common::length(&residual) <= 100.0 * EPS * (size + 1.0), "{residual:?}");
         // |L^-1 b|^2 = b' A^-1 b, and solve is backward after forward.
         let half = factor.forward(&b);
         let energy: f64 = (0..n).map(|i| b[i] * x[i]).sum();
@@ -272,7 +269,10 @@ fn urdf_axis(axis: [f64; 3]) -> Result<(), TestCaseError> {
     prop_assert_eq!(robot.n(), 1);
     let unit = scale(1.0 / norm(axis), axis);
     let rest = forward::<C>(&robot, &[0.0]);
-    prop_assert!(distance(&rest.matrix(), &Frame::translation([0.3, 0.2, 0.1]).matrix()) <= 8.0 * EPS, "not at rest about {axis:?}: {rest:?}");
+    prop_assert!(
+        distance(&rest.matrix(), &Frame::translation([0.3, 0.2, 0.1]).matrix()) <= 8.0 * EPS,
+        "not at rest about {axis:?}: {rest:?}"
+    );
     let (_, columns) = jacobian::<C>(&robot, &[0.7]);
     prop_assert!(distance(&columns.w[0], &unit) <= 8.0 * EPS, "turns about {:?} in place of {unit:?}", columns.w[0]);
     let turned = forward::<C>(&robot, &[0.7]);

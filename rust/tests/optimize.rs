@@ -1,15 +1,12 @@
 //! Minimisers on functions with known minima, the line search by its own conditions, the QP by its optimality conditions and Clarabel.
-#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::common::{Rng, rngs};
 use _core::optimize::qp::{self, MAX_VARIABLES, QpSolution, QpStatus, Row};
 use _core::optimize::{Minimum, Outcome, Smooth, Stop, bfgs, strong_wolfe, trust_region_newton};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
-use common::{Rng, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -93,10 +90,17 @@ fn both(name: &str, f: Test, start: &[f64]) -> [Minimum; 2] {
     let newton = trust_region_newton(&mut Function(f), x.clone(), STOP);
     let quasi = bfgs(&mut Function(f), x, STOP);
     for (method, minimum) in [("Newton", &newton), ("BFGS", &quasi)] {
-        println!("{name} {method}: {:?} after {} iterations, {} evaluations, value {:.3e}", minimum.outcome, minimum.iterations, minimum.evaluations, minimum.value);
+        println!(
+            "{name} {method}: {:?} after {} iterations, {} evaluations, value {:.3e}",
+            minimum.outcome, minimum.iterations, minimum.evaluations, minimum.value
+        );
         let (value, gradient, _) = f(&minimum.x);
         assert!(matches!(minimum.outcome, Outcome::Converged | Outcome::Stalled), "{name} {method} {minimum:?}");
-        assert!((value - minimum.value).abs() <= 1e-14 * (1.0 + value.abs()), "{name} {method}: value {value} is not that at x, {}", minimum.value);
+        assert!(
+            (value - minimum.value).abs() <= 1e-14 * (1.0 + value.abs()),
+            "{name} {method}: value {value} is not that at x, {}",
+            minimum.value
+        );
         assert!(gradient.amax() <= 1e-6, "{name} {method}: gradient {gradient}");
         assert!(value <= f(&DVector::from_column_slice(start)).0);
     }
@@ -199,7 +203,11 @@ fn wolfe_conditions(f: Test, x: &DVector<f64>, direction: &DVector<f64>, first: 
     prop_assert_eq!(&gradient_again, &found.gradient);
     prop_assert!(found.value <= value + 1e-4 * found.alpha * slope, "no sufficient decrease");
     let end = found.gradient.dot(direction);
-    prop_assert!(end.abs() <= 0.9 * slope.abs(), "curvature: slope {slope} at the start, {end} at alpha = {} after {evaluations}", found.alpha);
+    prop_assert!(
+        end.abs() <= 0.9 * slope.abs(),
+        "curvature: slope {slope} at the start, {end} at alpha = {} after {evaluations}",
+        found.alpha
+    );
     Ok(())
 }
 
@@ -511,7 +519,13 @@ proptest! {
 fn qp_rows_of_zeros() {
     let mut programme = Programme::new(&mut Rng(1), 4);
     let free = programme.solve();
-    for (b, status) in [(0.0, QpStatus::Solved), (-1.0, QpStatus::Solved), (-0.0, QpStatus::Solved), (1.0, QpStatus::Infeasible), (1e-6, QpStatus::Infeasible)] {
+    for (b, status) in [
+        (0.0, QpStatus::Solved),
+        (-1.0, QpStatus::Solved),
+        (-0.0, QpStatus::Solved),
+        (1.0, QpStatus::Infeasible),
+        (1e-6, QpStatus::Infeasible),
+    ] {
         programme.rows = vec![Row { a: [0.0; MAX_VARIABLES], b }];
         let solution = programme.solve();
         assert_eq!(solution.status, status, "0 >= {b}");

@@ -1,7 +1,5 @@
 //! The condition number of the oracle postures: value, gradient and Hessian in (q, L), within multiples of 2.2e-16 kappa.
 
-#![allow(clippy::unwrap_used)]
-
 use _core::index::{ConditionNumber, Index, Objective, Order, Rows};
 use _core::linalg::frame::Frame;
 use _core::robot::{Convention, DhTable, Robot};

@@ -1,0 +1,12 @@
+//! Tests of the core from outside, in one program so that its generic kernels are compiled once.
+
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod allocation;
+mod common;
+mod derivatives;
+mod linalg;
+mod optimize;
+mod oracle;
+mod robustness;
+mod solve;
