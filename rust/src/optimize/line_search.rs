@@ -62,11 +62,12 @@ pub fn strong_wolfe(
         let (value, gradient) = f.gradient(&at);
         let now = Point { alpha, value, slope: gradient.dot(direction) };
         let decreased = value.is_finite() && value <= start.value + C1 * alpha * start.slope;
-        if decreased && best.as_ref().is_none_or(|b| value < b.value) {
-            best = Some(LineSearch { alpha, x: at, value, gradient, evaluations: trial });
-        }
+        let here = LineSearch { alpha, x: at, value, gradient, evaluations: trial };
         if decreased && now.slope.abs() <= -C2 * start.slope {
-            return (best, trial);
+            return (Some(here), trial);
+        }
+        if decreased && best.as_ref().is_none_or(|b| value < b.value) {
+            best = Some(here);
         }
         if !decreased || value >= low.value {
             high = Some(now);

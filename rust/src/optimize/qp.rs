@@ -12,8 +12,10 @@ pub const MAX_VARIABLES: usize = MAX_JOINTS;
 pub const MAX_ROWS: usize = 4 * MAX_JOINTS;
 /// Constraints added or dropped before giving up; a non-degenerate problem of this size needs far fewer.
 const MAX_CHANGES: usize = 200;
-/// A constraint is violated when it fails by more than this, relative to its own size.
-const FEASIBILITY: f64 = 1e-12;
+/// A constraint is violated when it fails by more than this, relative to the numbers it is made of.
+const FEASIBILITY: f64 = 1e-13;
+/// A constraint depends on the active ones when what is left of it, squared, is below this part of its whole.
+const DEPENDENT: f64 = 1e-24;
 
 type Vector = [f64; MAX_VARIABLES];
 
@@ -85,10 +87,11 @@ pub fn solve(h: &[Vector; MAX_VARIABLES], g: &Vector, rows: &[Row], n: usize) ->
 fn most_violated(rows: &[Row], x: &Vector, active: &Active, n: usize) -> Option<usize> {
     let mut worst = None;
     let mut depth = 0.0;
+    let size = dot(x, x, n).sqrt();
     for (i, row) in rows.iter().enumerate() {
         let length = dot(&row.a, &row.a, n).sqrt();
         let slack = dot(&row.a, x, n) - row.b;
-        let tolerance = FEASIBILITY * (length + row.b.abs());
+        let tolerance = FEASIBILITY * (length * size + row.b.abs());
         if slack < -tolerance && slack / length.max(f64::MIN_POSITIVE) < depth && !active.rows[..active.count].contains(&i) {
             depth = slack / length.max(f64::MIN_POSITIVE);
             worst = Some(i);
@@ -106,12 +109,11 @@ fn enforce(factor: &Cholesky<MAX_VARIABLES>, rows: &[Row], p: usize, active: &mu
         if out.changes > MAX_CHANGES {
             return QpStatus::Iterations;
         }
-        let (primal, dual) = directions(factor, rows, &normal, active, n);
+        let Directions { primal, dual, left, whole } = directions(factor, rows, &normal, active, n);
         let mut full = f64::INFINITY;
-        let curvature = dot(&primal, &normal, n);
         let slack = dot(&normal, &out.x, n) - rows[p].b;
-        if curvature > 1e-14 * dot(&normal, &normal, n) && active.count < n {
-            full = -slack / curvature;
+        if left > DEPENDENT * whole && active.count < n {
+            full = (-slack / left).max(0.0);
         }
         let (mut partial, mut blocking) = (f64::INFINITY, 0);
         for j in 0..active.count {
@@ -146,35 +148,51 @@ fn enforce(factor: &Cholesky<MAX_VARIABLES>, rows: &[Row], p: usize, active: &mu
     }
 }
 
-/// The step in x, and the rate at which the active multipliers fall, per unit of the new constraint's multiplier.
-fn directions(factor: &Cholesky<MAX_VARIABLES>, rows: &[Row], normal: &Vector, active: &Active, n: usize) -> (Vector, Vector) {
-    let count = active.count;
-    let mut basis = [[0.0; MAX_VARIABLES]; MAX_VARIABLES]; // orthonormal, from L^-1 a_j
-    let mut r = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
-    for j in 0..count {
-        let mut column = factor.forward(&rows[active.rows[j]].a);
-        for k in 0..j {
-            r[k][j] = dot(&basis[k], &column, n);
+/// Where the next constraint pushes.
+struct Directions {
+    /// Step in x per unit of its multiplier.
+    primal: Vector,
+    /// Rate at which the active multipliers fall.
+    dual: Vector,
+    /// Square of the part of its normal that the active ones leave, in the metric of H^-1.
+    left: f64,
+    /// Square of its normal in that metric.
+    whole: f64,
+}
+
+/// Takes the components along the first `count` basis vectors out of `vector`, twice, and returns them.
+fn project_out(vector: &mut Vector, basis: &[Vector; MAX_VARIABLES], count: usize, n: usize) -> Vector {
+    let mut along = [0.0; MAX_VARIABLES];
+    for _ in 0..2 {
+        for k in 0..count {
+            let part = dot(&basis[k], vector, n);
+            along[k] += part;
             for i in 0..n {
-                column[i] -= r[k][j] * basis[k][i];
+                vector[i] -= part * basis[k][i];
             }
         }
+    }
+    along
+}
+
+fn directions(factor: &Cholesky<MAX_VARIABLES>, rows: &[Row], normal: &Vector, active: &Active, n: usize) -> Directions {
+    let count = active.count;
+    let mut basis = [[0.0; MAX_VARIABLES]; MAX_VARIABLES]; // orthonormal, from L^-1 a_j
+    let mut r = [[0.0; MAX_VARIABLES]; MAX_VARIABLES]; // column j by row j
+    for j in 0..count {
+        let mut column = factor.forward(&rows[active.rows[j]].a);
+        r[j] = project_out(&mut column, &basis, j, n);
         r[j][j] = dot(&column, &column, n).sqrt();
         basis[j] = column.map(|value| value / r[j][j]);
     }
     let mut rest = factor.forward(normal);
-    let mut dual = [0.0; MAX_VARIABLES];
-    for k in 0..count {
-        dual[k] = dot(&basis[k], &rest, n);
-        for i in 0..n {
-            rest[i] -= dual[k] * basis[k][i];
-        }
-    }
+    let whole = dot(&rest, &rest, n);
+    let mut dual = project_out(&mut rest, &basis, count, n);
     for j in (0..count).rev() {
         for k in j + 1..count {
-            dual[j] -= r[j][k] * dual[k];
+            dual[j] -= r[k][j] * dual[k];
         }
         dual[j] /= r[j][j];
     }
-    (factor.backward(&rest), dual)
+    Directions { primal: factor.backward(&rest), dual, left: dot(&rest, &rest, n), whole }
 }

@@ -179,10 +179,13 @@ fn sizes<const C: usize>(objective: &Evaluation<C>, n: usize) -> (f64, f64) {
 #[inline(always)]
 fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
     let u = if r == 1 { one_freedom(reduced, dv, bounds, n) } else { many_freedoms(reduced, dv, bounds, n, r) };
-    let Some(u) = u else {
+    let Some((u, held)) = u else {
         out.status = StepStatus::Limited;
         return;
     };
+    if held {
+        out.status = StepStatus::Limited;
+    }
     for i in 0..n {
         let move_i: f64 = (0..r).map(|a| reduced.basis[a][i] * u[a]).sum();
         out.free = out.free.max(move_i.abs());
@@ -191,9 +194,9 @@ fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     out.slope = (0..r).map(|a| reduced.slopes[a] * u[a]).sum();
 }
 
-/// One freedom: the Newton step cut to an interval; `None` when the interval is empty.
+/// One freedom: the Newton step cut to an interval, and whether a limit cut it; `None` when the interval is empty.
 #[inline(always)]
-fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<[f64; C]> {
+fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<([f64; C], bool)> {
     let z = &reduced.basis[0];
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     let mut largest = 0.0f64;
@@ -213,12 +216,13 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     let newton = if curvature > 0.0 { -bounds.gain * reduced.gradient[0] / curvature } else { 0.0 };
     let radius = bounds.radius / largest;
     let mut u = [0.0; C];
-    u[0] = newton.clamp(-radius, radius).clamp(low, high);
-    Some(u)
+    let wanted = newton.clamp(-radius, radius);
+    u[0] = wanted.clamp(low, high);
+    Some((u, u[0] != wanted))
 }
 
-/// Several freedoms: a convex QP in the free motion.
-fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<[f64; C]> {
+/// Several freedoms: a convex QP in the free motion, and whether a limit holds it.
+fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<([f64; C], bool)> {
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
     let largest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
@@ -254,7 +258,12 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
     }
     let mut u = [0.0; C];
     u[..r].copy_from_slice(&solution.x[..r]);
-    Some(u)
+    let held = solution.active > 0
+        && (0..n).any(|i| {
+            let moved = dv[i] + (0..r).map(|a| reduced.basis[a][i] * u[a]).sum::<f64>();
+            moved <= bounds.low[i] + 1e-12 || moved >= bounds.high[i] - 1e-12
+        });
+    Some((u, held))
 }
 
 /// Cuts the step to its box; a cut that matters is reported.

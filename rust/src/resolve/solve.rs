@@ -87,7 +87,7 @@ impl OrthogonalSqp {
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; C];
         q[..n].copy_from_slice(&q0[..n]);
-        let (reached, mut iterations) = self.restore(target, &mut q, REACH_ITERATIONS);
+        let (reached, mut iterations) = self.restore(target, &mut q, REACH_ITERATIONS.min(self.settings.max_iterations));
         let free = n > self.task.dimension();
         let mut now = self.iterate(q, if free { Order::Hessian } else { Order::Value });
         let mut settled = reached && !free;

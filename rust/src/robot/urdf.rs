@@ -8,7 +8,7 @@ use urdf_rs::{JointType, Pose};
 use super::{Joint, Limits, Robot};
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, cross, dot, norm, scale};
+use crate::linalg::vector::{Vec3, perpendicular, unit};
 
 fn frame_of(pose: &Pose) -> Frame {
     let [roll, pitch, yaw] = pose.rpy.0;
@@ -17,16 +17,10 @@ fn frame_of(pose: &Pose) -> Frame {
     Frame { origin: pose.xyz.0, ..rotation }
 }
 
-/// The rotation that takes the z axis onto the unit vector `axis` along the shortest way.
-fn z_onto(axis: Vec3) -> Frame {
-    let z = [0.0, 0.0, 1.0];
-    let turn = cross(z, axis);
-    let sine = norm(turn);
-    if sine == 0.0 {
-        let angle = if axis[2] > 0.0 { 0.0 } else { std::f64::consts::PI };
-        return Frame::rotation([1.0, 0.0, 0.0], angle);
-    }
-    Frame::rotation(scale(1.0 / sine, turn), sine.atan2(dot(z, axis)))
+/// A rotation whose z axis is the unit vector `axis`; which one does not matter, since it is undone after the joint.
+fn with_z(axis: Vec3) -> Frame {
+    let (x, y) = perpendicular(axis);
+    Frame { axes: [x, y, axis], origin: [0.0; 3] }
 }
 
 /// The joints from `base` to `tip`, first to last.
@@ -105,15 +99,10 @@ impl Robot {
                 }
             };
             let axis = joint.axis.xyz.0;
-            let length = norm(axis);
-            if !(length > 0.0 && length.is_finite()) {
-                return Err(Error::value(
-                    &format!("axis of joint {:?}", joint.name),
-                    format!("{axis:?}"),
-                    "a finite vector that is not zero",
-                ));
-            }
-            let align = z_onto(scale(1.0 / length, axis));
+            let axis = unit(axis).ok_or_else(|| {
+                Error::value(&format!("axis of joint {:?}", joint.name), format!("{axis:?}"), "a finite vector that is not zero")
+            })?;
+            let align = with_z(axis);
             joints.push(kind);
             links.push(pending.compose(&align));
             pending = align.inverse();
