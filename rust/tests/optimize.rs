@@ -409,8 +409,10 @@ proptest! {
         programme.kkt(&solution)?;
         let (status, x) = programme.clarabel();
         prop_assert!(matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress), "Clarabel: {status:?}");
+        // Where Clarabel itself says that it did not converge, only its value is compared; the conditions of optimality were checked above.
         let error = (0..n).map(|i| (x[i] - solution.x[i]).abs()).fold(0.0, f64::max);
-        prop_assert!(error <= 1e-8 * (1.0 + programme.size(&x)), "x differs from Clarabel's ({status:?}) by {error:e}");
+        let converged = status == SolverStatus::Solved;
+        prop_assert!(!converged || error <= 1e-8 * (1.0 + programme.size(&x)), "x differs from Clarabel's ({status:?}) by {error:e}");
         prop_assert!(programme.value(&solution.x) <= programme.value(&x) + 1e-9 * (1.0 + programme.value(&x).abs()));
     }
 
@@ -491,6 +493,8 @@ proptest! {
     /// Far from the origin, where rounding of a'x exceeds what b alone suggests.
     #[test]
     fn qp_far_from_the_origin(seed in rngs(), n in 2usize..=8, count in 1usize..=10, size in 0.0..7.0f64) {
+        // Fewer rows than variables: always feasible.
+        let count = 1 + count % (n - 1);
         let rng = &mut Rng(seed);
         let mut programme = Programme::new(rng, n);
         let far = programme.direction(rng).map(|x| x * 10f64.powf(size));
@@ -508,7 +512,6 @@ proptest! {
             programme.rows.push(Row { a, b });
             programme.rows.push(Row { a: a.map(|x| 0.3 * x), b: 0.3 * b });
         }
-        prop_assume!(count < n);
         let solution = programme.solve();
         prop_assert_eq!(solution.status, QpStatus::Solved, "{} changes", solution.changes);
         programme.kkt(&solution)?;

@@ -70,9 +70,14 @@ pub fn solve(h: &[Vector; MAX_VARIABLES], g: &Vector, rows: &[Row], n: usize) ->
     let Some(factor) = Cholesky::new(h, n) else { return out };
     out.x = factor.solve(g).map(|value| -value);
     let mut active = Active { rows: [0; MAX_VARIABLES], multipliers: [0.0; MAX_VARIABLES], count: 0 };
-    while let Some(worst) = most_violated(rows, &out.x, &active, n) {
+    // Rounding in x is that of the largest x on the way.
+    let mut size = dot(&out.x, &out.x, n).sqrt();
+    while let Some(worst) = most_violated(rows, &out.x, size, &active, n) {
         match enforce(&factor, rows, worst, &mut active, &mut out, n) {
-            QpStatus::Solved => out.active = active.count,
+            QpStatus::Solved => {
+                out.active = active.count;
+                size = size.max(dot(&out.x, &out.x, n).sqrt());
+            }
             status => {
                 out.status = status;
                 return out;
@@ -84,10 +89,9 @@ pub fn solve(h: &[Vector; MAX_VARIABLES], g: &Vector, rows: &[Row], n: usize) ->
 }
 
 /// The constraint that fails by most, relative to its length.
-fn most_violated(rows: &[Row], x: &Vector, active: &Active, n: usize) -> Option<usize> {
+fn most_violated(rows: &[Row], x: &Vector, size: f64, active: &Active, n: usize) -> Option<usize> {
     let mut worst = None;
     let mut depth = 0.0;
-    let size = dot(x, x, n).sqrt();
     for (i, row) in rows.iter().enumerate() {
         let length = dot(&row.a, &row.a, n).sqrt();
         let slack = dot(&row.a, x, n) - row.b;

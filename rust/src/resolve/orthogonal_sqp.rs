@@ -120,7 +120,7 @@ impl OrthogonalSqp {
         let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
         let step = newton_step(&known, &bounds);
         for i in 0..n {
-            rates[i] = step.dq[i] / dt;
+            rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
         }
         step.status
     }
