@@ -55,16 +55,16 @@ fn shape_of(shape: &[usize]) -> String {
 /// Copies one finite vector of length `n` to the front of `buffer`.
 #[inline(always)]
 pub fn read_vector(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> PyResult<()> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>() {
-        if array.shape()[0] == n {
-            let (data, stride) = (array.data(), array.strides()[0]);
-            for (i, slot) in buffer[..n].iter_mut().enumerate() {
-                // SAFETY: i is within the dimension, and the GIL keeps the array alive.
-                *slot = unsafe { read(data, stride * i as isize) };
-            }
-            check_finite(name, &buffer[..n])?;
-            return Ok(());
+    if let Ok(array) = value.cast::<PyArray1<f64>>()
+        && array.shape()[0] == n
+    {
+        let (data, stride) = (array.data(), array.strides()[0]);
+        for (i, slot) in buffer[..n].iter_mut().enumerate() {
+            // SAFETY: i is within the dimension, and the GIL keeps the array alive.
+            *slot = unsafe { read(data, stride * i as isize) };
         }
+        check_finite(name, &buffer[..n])?;
+        return Ok(());
     }
     match read_rows(name, value, n)? {
         Rows::One(row) => {
@@ -166,6 +166,7 @@ pub fn output<'py, const D: usize>(
 }
 
 /// The elements of an array that [`output`] made or checked.
+#[allow(clippy::mut_from_ref)] // the array is a handle: its elements are not behind the reference
 #[inline(always)]
 pub fn elements<'a>(array: &'a Bound<'_, PyArrayDyn<f64>>) -> &'a mut [f64] {
     // SAFETY: checked or created contiguous and aligned by `output`; the input was copied before, so nothing else is borrowed.

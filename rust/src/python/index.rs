@@ -161,11 +161,11 @@ impl PyObjective {
         let n = robot.n();
         let size = n + usize::from(with_length);
         let mut buffer = [0.0; MAX_JOINTS];
-        if !q.cast::<PyArray1<f64>>().is_ok() {
-            if let Postures::Many(rows) = read_rows("q", q, n)? {
-                let parts = self.many(py, robot, &rows, order, with_length)?;
-                return Ok(if order == Order::Value { parts.get_item(0)? } else { parts.into_any() });
-            }
+        if q.cast::<PyArray1<f64>>().is_err()
+            && let Postures::Many(rows) = read_rows("q", q, n)?
+        {
+            let parts = self.many(py, robot, &rows, order, with_length)?;
+            return Ok(if order == Order::Value { parts.get_item(0)? } else { parts.into_any() });
         }
         read_vector("q", q, n, &mut buffer)?;
         let q = &buffer[..n];

@@ -26,15 +26,15 @@ pub struct Robot {
     name: String,
     joints: Vec<Joint>,
     /// Fixed transform ahead of each joint, without the base.
-    links: Vec<Frame>,
+    bare_links: Vec<Frame>,
     /// Fixed transform from the last moved frame to the flange.
     flange: Frame,
     base: Frame,
     tool: Frame,
     limits: Limits,
     dh: Option<DhTable>,
-    /// links with the base folded into the first one.
-    folded: Vec<Frame>,
+    /// The same with the base folded into the first one.
+    links: Vec<Frame>,
     /// flange and tool in one.
     end: Frame,
 }
@@ -52,19 +52,19 @@ impl Robot {
         Ok(Self {
             name: name.into(),
             joints: joints.to_vec(),
-            links: links.to_vec(),
+            bare_links: links.to_vec(),
             flange,
             base: Frame::IDENTITY,
             tool: Frame::IDENTITY,
             limits: Limits::none(n),
             dh: None,
-            folded: links.to_vec(),
+            links: links.to_vec(),
             end: flange,
         })
     }
 
     fn refold(mut self) -> Self {
-        self.folded[0] = self.base.compose(&self.links[0]);
+        self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
         self
     }
@@ -115,12 +115,12 @@ impl Robot {
     /// Fixed transforms ahead of each joint, base folded in.
     #[inline(always)]
     pub fn links(&self) -> &[Frame] {
-        &self.folded
+        &self.links
     }
 
     /// Fixed transforms ahead of each joint, without the base.
     pub fn bare_links(&self) -> &[Frame] {
-        &self.links
+        &self.bare_links
     }
 
     /// Fixed transform from the last moved frame to the tool point.
