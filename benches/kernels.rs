@@ -4,10 +4,10 @@
 
 use std::hint::black_box;
 
-use _core::index::{ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
-use _core::kinematics::{JacobianDerivative, forward, jacobian};
+use _core::index::{Answers, ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
+use _core::kinematics::{first_derivative, forward, jacobian};
 use _core::robot::{Convention, DhTable, Robot};
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use std::f64::consts::FRAC_PI_2;
 
 /// Postures that cycle, so that no branch predictor learns one input.
@@ -45,7 +45,8 @@ fn bench<const N: usize, const C: usize>(criterion: &mut Criterion) {
     group.bench_function("forward", |b| b.iter_batched(&mut pick, |q| forward::<C>(black_box(&robot), q), BatchSize::SmallInput));
     group.bench_function("jacobian", |b| b.iter_batched(&mut pick, |q| jacobian::<C>(black_box(&robot), q), BatchSize::SmallInput));
     group.bench_function("jacobian derivative", |b| {
-        b.iter_batched(&mut pick, |q| JacobianDerivative::new(&jacobian::<C>(black_box(&robot), q).1), BatchSize::SmallInput)
+        let mut out = vec![0.0; 6 * N * N];
+        b.iter_batched(&mut pick, |q| first_derivative(&jacobian::<C>(black_box(&robot), q).1, black_box(&mut out)), BatchSize::SmallInput)
     });
     let indices = [
         ("kappa_F", Index::Condition(ConditionNumber { rows, squared: false })),
@@ -60,6 +61,16 @@ fn bench<const N: usize, const C: usize>(criterion: &mut Criterion) {
             });
         }
     }
+    let objective = Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows, squared: false }))]).unwrap();
+    let flat = q.concat();
+    let (mut values, mut gradients) = (vec![0.0; POSTURES], vec![0.0; POSTURES * N]);
+    group.throughput(Throughput::Elements(POSTURES as u64));
+    group.bench_function("kappa_F gradient of many", |b| {
+        b.iter(|| {
+            let mut out = Answers { values: &mut values, gradients: &mut gradients, hessians: &mut [] };
+            objective.evaluate_many::<C>(black_box(&robot), &flat, Order::Gradient, &mut out);
+        })
+    });
     group.finish();
 }
 

@@ -6,9 +6,9 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, step};
-use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
+use _core::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
 use _core::inverse::reach;
-use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, second_derivative};
+use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
 use _core::linalg::{MAX_JOINTS, vector::halves};
 use _core::optimize::qp::{self, MAX_VARIABLES, Row};
 use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, newton_step};
@@ -94,7 +94,7 @@ fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {
     let mut first = vec![0.0; 6 * n * n];
     free_of_allocation("forward", || forward::<C>(robot, q));
     let (_, columns) = free_of_allocation("jacobian", || jacobian::<C>(robot, q));
-    free_of_allocation("JacobianDerivative", || JacobianDerivative::new(&columns).write(&mut first));
+    free_of_allocation("first_derivative", || first_derivative(&columns, &mut first));
     free_of_allocation("second_derivative", || second_derivative(&columns, &mut second));
     free_of_allocation("jacobian_rate", || jacobian_rate(&columns, &rates));
 
@@ -112,6 +112,12 @@ fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {
     }
     let sum = Objective::new(indices(rows).into_iter().map(|index| (0.3, index)).collect()).unwrap();
     free_of_allocation("sum", || evaluate::<C>(&sum, robot, q, Order::Hessian, true));
+    let (mut values, mut gradients, mut hessians) = ([0.0; 5], vec![0.0; 5 * n], vec![0.0; 5 * n * n]);
+    let many = q.repeat(5);
+    for objective in [&sum, &Objective::new(vec![(1.0, indices(rows)[2].clone())]).unwrap()] {
+        let out = &mut Answers { values: &mut values, gradients: &mut gradients, hessians: &mut hessians };
+        free_of_allocation("evaluate_many", || objective.evaluate_many::<C>(robot, &many, Order::Gradient, out));
+    }
     free_of_allocation("check", || sum.check(robot).is_ok());
 }
 

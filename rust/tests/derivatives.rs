@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use crate::common::{Rng, derivative, distance, evaluate, indices, length, rngs, singular_values};
 use _core::index::{Evaluation, Index, Objective, Order, Rows, SpectralKind, Status};
-use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use _core::linalg::vector::{cross, scale};
 use _core::robot::Robot;
 use _core::with_capacity;
@@ -37,7 +37,7 @@ fn flat_jacobian(robot: &Robot, q: &[f64]) -> Vec<f64> {
 fn flat_derivative(robot: &Robot, q: &[f64]) -> Vec<f64> {
     let n = robot.n();
     let mut out = vec![0.0; 6 * n * n];
-    JacobianDerivative::<C>::new(&jacobian(robot, q).1).write(&mut out);
+    first_derivative(&jacobian::<C>(robot, q).1, &mut out);
     out
 }
 

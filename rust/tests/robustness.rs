@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, rngs, step};
 use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
 use _core::inverse::reach;
-use _core::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use _core::linalg::orthogonal::Orthogonal;
 use _core::linalg::svd::Svd;
 use _core::linalg::symmetric::diagonalise;
@@ -92,7 +92,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     let (tool, columns) = jacobian::<C>(robot, &q);
     link_frames(robot, &q);
     jacobian_rate(&columns, &rates);
-    JacobianDerivative::new(&columns);
+    first_derivative(&columns, &mut vec![0.0; 6 * n * n]);
     if n <= 3 {
         second_derivative(&columns, &mut [0.0; 6 * 27]);
     }

@@ -5,11 +5,12 @@
 //! `d(a) = 2 <J_n, dJ>`, `d(b) = -2 <W P', dJ>`, and half the second derivative of b along dJ_k, dJ_l is
 //! `<W Omega_k, Omega_l> + tr(W Omega_l Omega_k) + tr(W Omega_k Omega_l) - <W dJ_k Z, W dJ_l Z>`.
 
-use super::evaluate::{Differential, JacobianIndex, Order, Status};
+use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::{Jacobian, JacobianDerivative};
+use crate::kinematics::Jacobian;
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::{Mat6, Rows6, gram, product_transposed};
+use crate::linalg::real::Real;
+use crate::linalg::{Mat6, Row6, Rows6, combined, gram, transposed};
 
 /// kappa_F, or its square: 1 at an isotropic posture, infinite at a singular one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,28 +21,40 @@ pub struct ConditionNumber {
     pub squared: bool,
 }
 
-/// `J_n` by rows, its pseudo-inverse by columns, and what both norms need.
-struct Factored<const C: usize> {
-    n: usize,
-    m: usize,
-    jn: Rows6<C>,
-    p: Rows6<C>,
-    w: Mat6,
-    factors: Orthogonal<C>,
+/// `J_n` by rows, its pseudo-inverse by columns, and the squares of their norms.
+pub struct Factored<const C: usize, T> {
+    factors: Orthogonal<C, T>,
+    jn: Rows6<C, T>,
+    p: Rows6<C, T>,
+    w: Mat6<T>,
+    a: T,
+    b: T,
 }
 
 /// Sum of the squares of some rows.
 #[inline(always)]
-fn norm2<const C: usize>(rows: &Rows6<C>, range: std::ops::Range<usize>) -> f64 {
-    let mut total = 0.0;
+fn norm2<const C: usize, T: Real>(rows: &Rows6<C, T>, range: std::ops::Range<usize>) -> T {
+    let mut total = T::ZERO;
     for row in &rows[range] {
-        let mut sum = 0.0;
+        let mut sum = T::ZERO;
         for x in row {
-            sum += x * x;
+            sum += *x * *x;
         }
         total += sum;
     }
     total
+}
+
+/// Sum of the products of the entries of the first `count` rows.
+#[inline(always)]
+fn inner<const R: usize>(a: &[Row6; R], b: &[Row6; R], count: usize) -> f64 {
+    let mut sums = [0.0; 6];
+    for i in 0..count {
+        for r in 0..6 {
+            sums[r] += a[i][r] * b[i][r];
+        }
+    }
+    (sums[0] + sums[2] + sums[4]) + (sums[1] + sums[3] + sums[5])
 }
 
 /// a b, m x m.
@@ -50,7 +63,7 @@ fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
     let mut product = [[0.0; 6]; 6];
     for r in 0..m {
         for j in 0..m {
-            for c in 0..m {
+            for c in 0..6 {
                 product[r][c] += a[r][j] * b[j][c];
             }
         }
@@ -58,191 +71,188 @@ fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
     product
 }
 
-/// What the second derivatives of the norms need: `<dJ_k, dJ_l>` and half the second derivative of b (k <= l), and `tr(W Omega_k)`.
-struct Second<const C: usize> {
-    norms: [[f64; C]; C],
-    curvature: [[f64; C]; C],
-    slopes: [f64; C],
-}
-
-impl<const C: usize> Factored<C> {
-    /// `None` when the rows are dependent to working precision.
+impl<const C: usize, T: Real> Factored<C, T> {
     #[inline(always)]
-    fn new(jn: Rows6<C>, n: usize, m: usize) -> Option<Self> {
+    fn new(jn: Rows6<C, T>, n: usize, m: usize) -> Self {
         let factors = Orthogonal::new(&jn, n, m);
-        if !factors.has_full_rank() {
-            return None;
-        }
         let p = factors.pseudo_inverse();
         let w = gram(&p, m);
-        Some(Self { n, m, jn, p, w, factors })
-    }
-
-    /// `W P'` by rows.
-    #[inline(always)]
-    fn w_pt(&self) -> Rows6<C> {
-        let mut out = [[0.0; C]; 6];
-        for r in 0..self.m {
-            for j in 0..self.m {
-                for i in 0..C {
-                    out[r][i] += self.w[r][j] * self.p[j][i];
-                }
-            }
+        let mut b = w[0][0];
+        for r in 1..m {
+            b += w[r][r];
         }
-        out
+        Self { factors, jn, p, w, a: norm2(&jn, 0..m), b }
     }
 
+    /// Entry (r, i) of `W P'`.
     #[inline(always)]
-    fn second(&self, rows: &Rows, derivative: &JacobianDerivative<C>) -> Second<C> {
-        let (n, m) = (self.n, self.m);
-        let mut out = Second { norms: [[0.0; C]; C], curvature: [[0.0; C]; C], slopes: [0.0; C] };
-        let mut dj = [[[0.0; C]; 6]; C];
-        let mut omega = [[[0.0; 6]; 6]; C];
-        let mut twice = [[[0.0; 6]; 6]; C]; // W Omega + (W Omega)'
-        let mut turned = [[[0.0; 6]; 6]; C]; // (W Omega)'
+    fn w_pt(&self, r: usize, i: usize, m: usize) -> T {
+        let mut sum = self.w[r][0] * self.p[0][i];
+        for j in 1..m {
+            sum += self.w[r][j] * self.p[j][i];
+        }
+        sum
+    }
+}
+
+/// `1 / m^2`.
+#[inline(always)]
+fn scale(m: usize) -> f64 {
+    1.0 / (m * m) as f64
+}
+
+/// What the joints bring to the second derivatives, one entry a joint.
+struct Directions<const C: usize> {
+    /// `dJ_n/dq_k` by columns.
+    dj: [[Row6; C]; C],
+    /// `Omega_k`.
+    omega: [Mat6; C],
+    /// `(W Omega_k)'`.
+    turned: [Mat6; C],
+    /// `W Omega_k + (W Omega_k)'`.
+    twice: [Mat6; C],
+    /// `d(a) = 2 <J_n, dJ_k>`.
+    da: [f64; C],
+    /// `d(b) = -2 tr(W Omega_k)`.
+    db: [f64; C],
+}
+
+impl<const C: usize> Directions<C> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let none = [[[0.0; 6]; 6]; C];
+        Self { dj: [[[0.0; 6]; C]; C], omega: none, turned: none, twice: none, da: [0.0; C], db: [0.0; C] }
+    }
+
+    /// Fills a zeroed one in place: it is too large to be handed around.
+    #[inline(always)]
+    fn fill(&mut self, factored: &Factored<C, f64>, rows: &Rows, jacobian: &Jacobian<C>, m: usize) {
+        let n = jacobian.n();
+        let (pt, jt) = (transposed(&factored.p, m), transposed(&factored.jn, m));
         for k in 0..n {
-            dj[k] = rows.normalised_derivative(derivative, k);
-            omega[k] = product_transposed(&dj[k], &self.p, m);
-            let product = multiply(&self.w, &omega[k], m);
+            rows.normalised_derivative(jacobian, k, &mut self.dj[k]);
+            rows.omega(&self.dj[k], &pt, k, n, m, &mut self.omega[k]);
+            let product = multiply(&factored.w, &self.omega[k], m);
             for r in 0..m {
                 for c in 0..m {
-                    turned[k][r][c] = product[c][r];
-                    twice[k][r][c] = product[r][c] + product[c][r];
+                    self.turned[k][r][c] = product[c][r];
+                    self.twice[k][r][c] = product[r][c] + product[c][r];
                 }
-                out.slopes[k] += product[r][r];
+                self.db[k] -= 2.0 * product[r][r];
             }
+            self.da[k] = 2.0 * inner(&jt, &self.dj[k], n);
         }
-        for k in 0..n {
-            for l in k..n {
-                let mut sums = [0.0; 6];
-                for r in 0..m {
-                    for c in 0..m {
-                        sums[c] += twice[k][r][c] * omega[l][r][c] + turned[l][r][c] * omega[k][r][c];
-                    }
-                }
-                out.curvature[k][l] = sums.iter().sum();
-                let mut sums = [0.0; C];
-                for r in 0..m {
-                    for i in 0..C {
-                        sums[i] += dj[k][r][i] * dj[l][r][i];
-                    }
-                }
-                out.norms[k][l] = sums.iter().sum();
-            }
-        }
-        if n > m {
-            self.subtract_null_space(&self.factors.null_space(), &dj, &mut out.curvature);
-        }
-        out
     }
+}
 
-    /// The term of redundant robots, `- <W dJ_k Z, W dJ_l Z>`.
+impl<const C: usize> Factored<C, f64> {
+    /// The term of redundant robots, `<W dJ_k Z, W dJ_l Z>`.
     #[inline(always)]
-    fn subtract_null_space(&self, basis: &[[f64; C]; C], dj: &[Rows6<C>; C], curvature: &mut [[f64; C]; C]) {
-        let (n, m) = (self.n, self.m);
+    fn null_space_term(&self, dj: &[[Row6; C]; C], n: usize, m: usize) -> [[f64; C]; C] {
+        let mut out = [[0.0; C]; C];
+        if n == m {
+            return out;
+        }
+        let basis = self.factors.null_space();
         for z in 0..n - m {
             let mut moved = [[0.0; 6]; C]; // W dJ_k z
             for k in 0..n {
+                let along = combined(&dj[k], &basis[z], n);
                 for r in 0..m {
-                    let mut along = 0.0;
-                    for i in 0..C {
-                        along += dj[k][r][i] * basis[z][i];
-                    }
                     for c in 0..m {
-                        moved[k][c] += self.w[r][c] * along;
+                        moved[k][c] += self.w[r][c] * along[r];
                     }
                 }
             }
             for k in 0..n {
                 for l in k..n {
                     for r in 0..m {
-                        curvature[k][l] -= moved[k][r] * moved[l][r];
+                        out[k][l] += moved[k][r] * moved[l][r];
                     }
-                }
-            }
-        }
-    }
-}
-
-impl ConditionNumber {
-    #[inline(always)]
-    fn outer(&self, square: f64) -> (f64, f64, f64) {
-        if self.squared {
-            (square, 1.0, 0.0)
-        } else {
-            let kappa = square.sqrt();
-            (kappa, 0.5 / kappa, -0.25 / (kappa * square))
-        }
-    }
-
-    #[inline(always)]
-    fn body<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        m: usize,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C> {
-        let n = jacobian.n();
-        let singular = Differential { status: Status::Singular, ..Differential::of((f64::INFINITY, f64::NAN, f64::NAN)) };
-        let jn = self.rows.normalised(jacobian);
-        let Some(factored) = Factored::new(jn, n, m) else { return singular };
-        let a = norm2(&jn, 0..m);
-        let b = (0..m).map(|r| factored.w[r][r]).sum::<f64>();
-        let scale = 1.0 / (m * m) as f64;
-        let mut out = Differential::of(self.outer(scale * a * b));
-        if !out.outer.0.is_finite() {
-            return singular;
-        }
-        if order == Order::Value {
-            return out;
-        }
-        let w_pt = factored.w_pt();
-        for i in 0..n {
-            let mut y = [0.0; 6];
-            for r in 0..m {
-                y[r] = 2.0 * scale * (b * jn[r][i] - a * w_pt[r][i]);
-            }
-            out.y[i] = self.rows.spread(&y);
-        }
-        if with_length {
-            self.length_terms(&factored, &w_pt, a, b, &mut out);
-        }
-        if let (Order::Hessian, Some(derivative)) = (order, derivative) {
-            let second = factored.second(&self.rows, derivative);
-            // d2(ab) = b d2a + a d2b + da_k db_l + da_l db_k with da_k = 2 <J_n, dJ_k>, db_k = -2 tr(W Omega_k).
-            let mut da = [0.0; C];
-            for k in 0..n {
-                let dj = self.rows.normalised_derivative(derivative, k);
-                for r in 0..m {
-                    for i in 0..C {
-                        da[k] += 2.0 * jn[r][i] * dj[r][i];
-                    }
-                }
-            }
-            for k in 0..n {
-                for l in k..n {
-                    let product = -2.0 * (da[k] * second.slopes[l] + da[l] * second.slopes[k]);
-                    out.second[k][l] = scale * (2.0 * b * second.norms[k][l] + 2.0 * a * second.curvature[k][l] + product);
                 }
             }
         }
         out
     }
+}
+
+impl<T: Real> FirstOrder<T> for ConditionNumber {
+    type Factors<const C: usize> = Factored<C, T>;
+
+    #[inline(always)]
+    fn rows(&self) -> &Rows {
+        &self.rows
+    }
+
+    #[inline(always)]
+    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Factored<C, T> {
+        Factored::new(self.rows.normalised(jacobian), jacobian.n(), m)
+    }
+
+    #[inline(always)]
+    fn outer<const C: usize>(&self, factored: &Factored<C, T>, m: usize) -> (T, T, T) {
+        let square = T::splat(scale(m)) * factored.a * factored.b;
+        if self.squared {
+            (square, T::splat(1.0), T::ZERO)
+        } else {
+            let kappa = square.sqrt();
+            (kappa, T::splat(0.5) / kappa, T::splat(-0.25) / (kappa * square))
+        }
+    }
+
+    #[inline(always)]
+    fn status<const C: usize>(&self, factored: &Factored<C, T>, value: f64, _: usize, lane: usize) -> Status {
+        if factored.factors.lane_has_full_rank(lane) && value.is_finite() { Status::Regular } else { Status::Singular }
+    }
+
+    fn limit(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    #[inline(always)]
+    fn slope<const C: usize>(&self, factored: &Factored<C, T>, n: usize, m: usize) -> [Row6<T>; C] {
+        let twice = T::splat(2.0 * scale(m));
+        let (for_jn, for_p) = (twice * factored.b, twice * factored.a);
+        let mut out = [[T::ZERO; 6]; C];
+        for i in 0..n {
+            let mut y = [T::ZERO; 6];
+            for r in 0..m {
+                y[r] = for_jn * factored.jn[r][i] - for_p * factored.w_pt(r, i, m);
+            }
+            out[i] = self.rows.spread(&y);
+        }
+        out
+    }
+}
+
+impl JacobianIndex for ConditionNumber {
+    #[inline(always)]
+    fn second<const C: usize>(&self, factored: &Factored<C, f64>, jacobian: &Jacobian<C>, m: usize, out: &mut [[f64; C]; C]) {
+        let n = jacobian.n();
+        let mut along = Directions::zero();
+        along.fill(factored, &self.rows, jacobian, m);
+        let null = factored.null_space_term(&along.dj, n, m);
+        for l in 0..n {
+            for k in 0..=l {
+                let curvature = inner(&along.twice[k], &along.omega[l], m) + inner(&along.omega[k], &along.turned[l], m) - null[k][l];
+                let norms = inner(&along.dj[k], &along.dj[l], n);
+                let products = along.da[k] * along.db[l] + along.da[l] * along.db[k];
+                out[k][l] = scale(m) * (2.0 * (factored.a * curvature + factored.b * norms) + products);
+            }
+        }
+    }
 
     /// With alpha and gamma the angular parts of a and b: `da/dL = 2 alpha / L`, `db/dL = -2 gamma / L` (at full row rank, the pseudo-inverse of
     /// `D J` is `J^+ D^-1`).
     #[inline(always)]
-    fn length_terms<const C: usize>(&self, factored: &Factored<C>, w_pt: &Rows6<C>, a: f64, b: f64, out: &mut Differential<C>) {
-        let (n, m, jn, p, w) = (factored.n, factored.m, &factored.jn, &factored.p, &factored.w);
-        let angular = self.rows.angular();
-        let length = self.rows.length;
+    fn length_terms<const C: usize>(&self, factored: &Factored<C, f64>, n: usize, m: usize) -> LengthTerms<C> {
+        let Factored { jn, p, w, a, b, .. } = factored;
+        let (angular, length) = (self.rows.angular(), self.rows.length);
         let alpha = norm2(jn, 0..angular);
         let gamma = norm2(p, 0..angular);
-        let scale = 1.0 / (m * m) as f64;
-        out.length_slope = 2.0 * scale / length * (alpha * b - a * gamma);
-        out.length_curvature = scale / (length * length) * (2.0 * alpha * b - 8.0 * alpha * gamma + 6.0 * a * gamma);
+        let slope = 2.0 * scale(m) / length * (alpha * b - a * gamma);
+        let curvature = scale(m) / (length * length) * (2.0 * alpha * b - 8.0 * alpha * gamma + 6.0 * a * gamma);
+        let mut columns = [[0.0; 6]; C];
         for i in 0..n {
             let mut y = [0.0; 6];
             for r in 0..m {
@@ -250,28 +260,12 @@ impl ConditionNumber {
                 for j in 0..angular {
                     w_angular_pt += w[r][j] * p[j][i];
                 }
-                let own = if r < angular { b } else { 0.0 };
-                y[r] = 4.0 * scale / length * ((own - gamma) * jn[r][i] - alpha * w_pt[r][i] + a * w_angular_pt);
+                let own = if r < angular { *b } else { 0.0 };
+                y[r] = 4.0 * scale(m) / length * ((own - gamma) * jn[r][i] - alpha * factored.w_pt(r, i, m) + a * w_angular_pt);
             }
-            out.length_y[i] = self.rows.spread(&y);
+            columns[i] = self.rows.spread(&y);
         }
-    }
-}
-
-impl JacobianIndex for ConditionNumber {
-    #[inline(always)]
-    fn differential<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C> {
-        // The constant lets the loops of the common case unroll.
-        match self.rows.count() {
-            6 => self.body(jacobian, derivative, 6, order, with_length),
-            m => self.body(jacobian, derivative, m, order, with_length),
-        }
+        LengthTerms { slope, y: columns, curvature }
     }
 }
 
@@ -284,7 +278,10 @@ pub fn length_of_least_condition<const C: usize>(rows: &Rows, jacobian: &Jacobia
         return None;
     }
     let unit = rows.with_length(1.0);
-    let factored = Factored::new(unit.normalised(jacobian), n, m)?;
+    let factored = Factored::new(unit.normalised(jacobian), n, m);
+    if !factored.factors.has_full_rank() {
+        return None;
+    }
     let a = norm2(&factored.jn, 0..angular);
     let b = norm2(&factored.jn, angular..m);
     let c = norm2(&factored.p, 0..angular);

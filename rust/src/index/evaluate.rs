@@ -1,7 +1,9 @@
 //! What an index answers, and how its derivatives with respect to the Jacobian become derivatives with respect to the joints.
 
-use crate::kinematics::{Jacobian, JacobianDerivative, pull_back, pull_back_second};
+use super::rows::Rows;
+use crate::kinematics::{Jacobian, pull_back, pull_back_second};
 use crate::linalg::Row6;
+use crate::linalg::real::Real;
 
 /// How much of an index is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,97 +99,152 @@ impl<const C: usize> Evaluation<C> {
     }
 }
 
-/// An index as an outer function f of a smooth phi(J): all that has to be written down for a new one.
+/// Derivatives of phi with the length: what a normalised index adds when its length is a variable.
 #[derive(Debug, Clone, Copy)]
-pub struct Differential<const C: usize> {
-    /// f(phi), f'(phi), f''(phi).
-    pub outer: (f64, f64, f64),
-    /// Y = d(phi)/dJ by columns, all six rows.
-    pub y: [Row6; C],
-    /// The second derivative of phi with respect to J, taken along `dJ/dq_k` and `dJ/dq_l` (k <= l).
-    pub second: [[f64; C]; C],
+pub struct LengthTerms<const C: usize> {
     /// d(phi)/dL.
-    pub length_slope: f64,
+    pub slope: f64,
     /// d(Y)/dL by columns.
-    pub length_y: [Row6; C],
+    pub y: [Row6; C],
     /// d2(phi)/dL2.
-    pub length_curvature: f64,
-    /// How far the numbers can be used.
-    pub status: Status,
+    pub curvature: f64,
 }
 
-impl<const C: usize> Differential<C> {
-    /// A value f(phi) whose derivatives are still to be filled in.
+/// Value and slope of an index f(phi(J)), outer function and inner, at one posture or at several side by side. The number of rows `m` is an
+/// argument everywhere so that the commonest, 6, is a constant and loops unroll.
+pub trait FirstOrder<T: Real> {
+    /// What value and derivatives share at a posture.
+    type Factors<const C: usize>;
+
+    /// The rows in use.
+    fn rows(&self) -> &Rows;
+
+    /// Factors the normalised Jacobian.
+    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Self::Factors<C>;
+
+    /// f(phi), f'(phi), f''(phi).
+    fn outer<const C: usize>(&self, factors: &Self::Factors<C>, m: usize) -> (T, T, T);
+
+    /// How far the numbers of a lane can be used, whose value is given.
+    fn status<const C: usize>(&self, factors: &Self::Factors<C>, value: f64, m: usize, lane: usize) -> Status;
+
+    /// The limit of the value at a singularity.
+    fn limit(&self) -> f64;
+
+    /// Y = d(phi)/dJ by columns, all six rows.
+    fn slope<const C: usize>(&self, factors: &Self::Factors<C>, n: usize, m: usize) -> [Row6<T>; C];
+}
+
+/// The second derivatives of an index: with [`FirstOrder`], all that has to be written down for a new one.
+pub trait JacobianIndex: FirstOrder<f64> {
+    /// Writes the second derivative of phi with respect to J, taken along `dJ/dq_k` and `dJ/dq_l` (k <= l).
+    fn second<const C: usize>(&self, factors: &Self::Factors<C>, jacobian: &Jacobian<C>, m: usize, out: &mut [[f64; C]; C]);
+
+    /// Derivatives with the length.
+    fn length_terms<const C: usize>(&self, factors: &Self::Factors<C>, n: usize, m: usize) -> LengthTerms<C>;
+
+    /// Value and derivatives with respect to the joints, into a zeroed `out`.
     #[inline(always)]
-    pub fn of(outer: (f64, f64, f64)) -> Self {
-        Self {
-            outer,
-            y: [[0.0; 6]; C],
-            second: [[0.0; C]; C],
-            length_slope: 0.0,
-            length_y: [[0.0; 6]; C],
-            length_curvature: 0.0,
-            status: Status::Regular,
+    fn evaluate<const C: usize>(&self, jacobian: &Jacobian<C>, order: Order, with_length: bool, out: &mut Evaluation<C>) {
+        match self.rows().count() {
+            6 if unrolls::<C>() => evaluate_rows(self, jacobian, 6, order, with_length, out),
+            m => evaluate_rows(self, jacobian, m, order, with_length, out),
         }
     }
 }
 
-/// An index that depends on the posture through the Jacobian only.
-pub trait JacobianIndex {
-    /// Value and derivatives with respect to J. `derivative` is given when `order` is [`Order::Hessian`]; the length's derivatives are
-    /// filled in when `with_length` is set.
-    fn differential<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C>;
+/// Whether kernels for the commonest number of rows, 6, are compiled beside those for any number: for arms of 5 to 8 joints.
+const fn unrolls<const C: usize>() -> bool {
+    C == 6 || C == 8
+}
 
-    /// Value and derivatives with respect to the joints: one sweep over the chain, then the outer function.
-    #[inline(always)]
-    fn evaluate<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        order: Order,
-        with_length: bool,
-    ) -> Evaluation<C> {
-        let n = jacobian.n();
-        let inner = self.differential(jacobian, derivative, order, with_length);
-        let (value, slope, curvature) = inner.outer;
-        if matches!(inner.status, Status::Singular) {
-            return Evaluation::without_derivatives(value, inner.status);
-        }
-        let mut out = Evaluation::zero();
-        out.value = value;
-        out.status = inner.status;
-        if order == Order::Value {
-            return out;
-        }
-        let gradient = pull_back(jacobian, &inner.y);
+/// One sweep over the chain for each of gradient and Hessian, then the outer function.
+#[inline(always)]
+fn evaluate_rows<const C: usize, I: JacobianIndex + ?Sized>(
+    index: &I,
+    jacobian: &Jacobian<C>,
+    m: usize,
+    order: Order,
+    with_length: bool,
+    out: &mut Evaluation<C>,
+) {
+    let n = jacobian.n();
+    let factors = index.factors(jacobian, m);
+    let (value, slope, curvature) = index.outer(&factors, m);
+    out.value = value;
+    out.status = index.status(&factors, value, m, 0);
+    if out.status == Status::Singular {
+        *out = Evaluation::without_derivatives(index.limit(), Status::Singular);
+        return;
+    }
+    if order == Order::Value {
+        return;
+    }
+    let y = index.slope(&factors, n, m);
+    let gradient = pull_back(jacobian, &y);
+    for k in 0..n {
+        out.gradient[k] = slope * gradient[k];
+    }
+    if with_length {
+        let length = index.length_terms(&factors, n, m);
+        let mixed = pull_back(jacobian, &length.y);
+        out.length_slope = slope * length.slope;
+        out.length_curvature = slope * length.curvature + curvature * length.slope * length.slope;
         for k in 0..n {
-            out.gradient[k] = slope * gradient[k];
+            out.length_gradient[k] = slope * mixed[k] + curvature * length.slope * gradient[k];
         }
-        if with_length {
-            let mixed = pull_back(jacobian, &inner.length_y);
-            out.length_slope = slope * inner.length_slope;
-            out.length_curvature = slope * inner.length_curvature + curvature * inner.length_slope * inner.length_slope;
-            for k in 0..n {
-                out.length_gradient[k] = slope * mixed[k] + curvature * inner.length_slope * gradient[k];
+    }
+    if order == Order::Hessian {
+        index.second(&factors, jacobian, m, &mut out.hessian);
+        pull_back_second(jacobian, &y, &mut out.hessian);
+        for k in 0..n {
+            for l in k..n {
+                let entry = slope * out.hessian[k][l] + curvature * gradient[k] * gradient[l];
+                out.hessian[k][l] = entry;
+                out.hessian[l][k] = entry;
             }
         }
-        if order == Order::Hessian {
-            let mut second = inner.second;
-            pull_back_second(jacobian, &inner.y, &mut second);
-            for k in 0..n {
-                for l in k..n {
-                    let entry = slope * second[k][l] + curvature * gradient[k] * gradient[l];
-                    out.hessian[k][l] = entry;
-                    out.hessian[l][k] = entry;
-                }
-            }
+    }
+}
+
+/// Values and gradients of the postures side by side, added with a weight to `value` and `gradient`.
+#[inline(always)]
+pub fn add_first_order<const C: usize, T: Real, I: FirstOrder<T>>(
+    index: &I,
+    weight: f64,
+    jacobian: &Jacobian<C, T>,
+    order: Order,
+    value: &mut T,
+    gradient: &mut [T; C],
+) {
+    match index.rows().count() {
+        6 if unrolls::<C>() => add_rows(index, weight, jacobian, 6, order, value, gradient),
+        m => add_rows(index, weight, jacobian, m, order, value, gradient),
+    }
+}
+
+#[inline(always)]
+fn add_rows<const C: usize, T: Real, I: FirstOrder<T>>(
+    index: &I,
+    weight: f64,
+    jacobian: &Jacobian<C, T>,
+    m: usize,
+    order: Order,
+    value: &mut T,
+    gradient: &mut [T; C],
+) {
+    let n = jacobian.n();
+    let factors = index.factors(jacobian, m);
+    let (own, slope, _) = index.outer(&factors, m);
+    let singular: [bool; 8] =
+        std::array::from_fn(|lane| lane < T::LANES && index.status(&factors, own.lane(lane), m, lane) == Status::Singular);
+    let weight = T::splat(weight);
+    *value += weight * T::from_lanes(|lane| if singular[lane] { index.limit() } else { own.lane(lane) });
+    if order >= Order::Gradient {
+        let pulled = pull_back(jacobian, &index.slope(&factors, n, m));
+        for k in 0..n {
+            let entry = slope * pulled[k];
+            gradient[k] += weight * T::from_lanes(|lane| if singular[lane] { f64::NAN } else { entry.lane(lane) });
         }
-        out
     }
 }

@@ -2,11 +2,12 @@
 //!
 //! As `phi = ln w`: `d(phi) = <P', dJ>` and its second derivative is `tr(dJ_k Z Z' dJ_l' W) - tr(dJ_l P dJ_k P)`.
 
-use super::evaluate::{Differential, JacobianIndex, Order, Status};
+use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::{Jacobian, JacobianDerivative};
+use crate::kinematics::Jacobian;
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::{Rows6, product_transposed};
+use crate::linalg::real::Real;
+use crate::linalg::{Row6, Rows6, combined, transposed};
 
 /// `w = sqrt(det(J_n J_n'))`, or its square: 0 at a singular posture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,106 +18,106 @@ pub struct Manipulability {
     pub squared: bool,
 }
 
-impl Manipulability {
+/// The factors of J_n and its pseudo-inverse by columns.
+pub struct Factored<const C: usize, T> {
+    factors: Orthogonal<C, T>,
+    p: Rows6<C, T>,
+}
+
+impl<T: Real> FirstOrder<T> for Manipulability {
+    type Factors<const C: usize> = Factored<C, T>;
+
     #[inline(always)]
-    fn body<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        m: usize,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C> {
-        let n = jacobian.n();
-        let factors = Orthogonal::new(&self.rows.normalised(jacobian), n, m);
-        if !factors.has_full_rank() {
-            return Differential { status: Status::Singular, ..Differential::of((0.0, f64::NAN, f64::NAN)) };
-        }
-        let volume = factors.volume();
-        // f(ln w) = w^p has every derivative p^k w^p.
-        let (value, power) = if self.squared { (volume * volume, 2.0) } else { (volume, 1.0) };
-        let mut out = Differential::of((value, power * value, power * power * value));
-        if order == Order::Value {
-            return out;
-        }
-        let p = factors.pseudo_inverse();
-        for i in 0..n {
-            out.y[i] = self.rows.spread(&std::array::from_fn(|r| p[r][i]));
-        }
-        if with_length {
-            // ln w = (angular rows) ln L + a part free of L; d(w)/dq scales alike, so Y of ln w does not depend on L.
-            let angular = self.rows.angular() as f64;
-            out.length_slope = angular / self.rows.length;
-            out.length_curvature = -angular / (self.rows.length * self.rows.length);
-        }
-        if let (Order::Hessian, Some(derivative)) = (order, derivative) {
-            self.second(&factors, &p, derivative, m, &mut out.second);
-        }
-        out
+    fn rows(&self) -> &Rows {
+        &self.rows
     }
 
     #[inline(always)]
-    fn second<const C: usize>(
-        &self,
-        factors: &Orthogonal<C>,
-        p: &Rows6<C>,
-        derivative: &JacobianDerivative<C>,
-        m: usize,
-        second: &mut [[f64; C]; C],
-    ) {
-        let n = derivative.n();
-        let mut omega = [[[0.0; 6]; 6]; C];
-        for k in 0..n {
-            omega[k] = product_transposed(&self.rows.normalised_derivative(derivative, k), p, m);
+    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Factored<C, T> {
+        let factors = Orthogonal::new(&self.rows.normalised(jacobian), jacobian.n(), m);
+        let p = factors.pseudo_inverse();
+        Factored { factors, p }
+    }
+
+    /// f(ln w) = w^p has every derivative p^k w^p.
+    #[inline(always)]
+    fn outer<const C: usize>(&self, factored: &Factored<C, T>, _: usize) -> (T, T, T) {
+        let volume = factored.factors.volume();
+        let (value, power) = if self.squared { (volume * volume, T::splat(2.0)) } else { (volume, T::splat(1.0)) };
+        (value, power * value, power * power * value)
+    }
+
+    #[inline(always)]
+    fn status<const C: usize>(&self, factored: &Factored<C, T>, _: f64, _: usize, lane: usize) -> Status {
+        if factored.factors.lane_has_full_rank(lane) { Status::Regular } else { Status::Singular }
+    }
+
+    fn limit(&self) -> f64 {
+        0.0
+    }
+
+    #[inline(always)]
+    fn slope<const C: usize>(&self, factored: &Factored<C, T>, n: usize, m: usize) -> [Row6<T>; C] {
+        let columns = transposed(&factored.p, m);
+        let mut out = [[T::ZERO; 6]; C];
+        for i in 0..n {
+            out[i] = self.rows.spread(&columns[i]);
         }
-        for k in 0..n {
-            for l in k..n {
-                let mut sum = 0.0;
-                for r in 0..m {
-                    for c in 0..m {
-                        sum += omega[k][r][c] * omega[l][c][r];
-                    }
-                }
-                second[k][l] = -sum;
-            }
-        }
-        if n == m {
-            return;
-        }
-        let basis = factors.null_space();
-        // tr(dJ_k Z Z' dJ_l' W) = <P dJ_k z, P dJ_l z> summed over the null vectors, with W = P'P.
-        for z in 0..n - m {
-            let mut moved = [[0.0; C]; C];
-            for k in 0..n {
-                let dj = self.rows.normalised_derivative(derivative, k);
-                for r in 0..m {
-                    let along: f64 = (0..n).map(|i| dj[r][i] * basis[z][i]).sum();
-                    for i in 0..n {
-                        moved[k][i] += p[r][i] * along;
-                    }
-                }
-            }
-            for k in 0..n {
-                for l in k..n {
-                    second[k][l] += (0..n).map(|i| moved[k][i] * moved[l][i]).sum::<f64>();
-                }
-            }
-        }
+        out
     }
 }
 
 impl JacobianIndex for Manipulability {
     #[inline(always)]
-    fn differential<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C> {
-        match self.rows.count() {
-            6 => self.body(jacobian, derivative, 6, order, with_length),
-            m => self.body(jacobian, derivative, m, order, with_length),
+    fn second<const C: usize>(&self, factored: &Factored<C, f64>, jacobian: &Jacobian<C>, m: usize, out: &mut [[f64; C]; C]) {
+        let n = jacobian.n();
+        let pt = transposed(&factored.p, m);
+        let mut dj = [[[0.0; 6]; C]; C];
+        let mut omega = [[[0.0; 6]; 6]; C];
+        let mut turned = [[[0.0; 6]; 6]; C];
+        for k in 0..n {
+            self.rows.normalised_derivative(jacobian, k, &mut dj[k]);
+            self.rows.omega(&dj[k], &pt, k, n, m, &mut omega[k]);
+            turned[k] = transposed(&omega[k], m);
         }
+        for k in 0..n {
+            for l in k..n {
+                let mut sums = [0.0; 6];
+                for r in 0..m {
+                    for c in 0..6 {
+                        sums[c] += omega[k][r][c] * turned[l][r][c];
+                    }
+                }
+                out[k][l] = -sums.iter().sum::<f64>();
+            }
+        }
+        if n == m {
+            return;
+        }
+        let basis = factored.factors.null_space();
+        // tr(dJ_k Z Z' dJ_l' W) = <P dJ_k z, P dJ_l z> summed over the null vectors, with W = P'P.
+        for z in 0..n - m {
+            let mut moved = [[0.0; C]; C];
+            for k in 0..n {
+                let along = combined(&dj[k], &basis[z], n);
+                for r in 0..m {
+                    for i in 0..n {
+                        moved[k][i] += factored.p[r][i] * along[r];
+                    }
+                }
+            }
+            for k in 0..n {
+                for l in k..n {
+                    out[k][l] += (0..n).map(|i| moved[k][i] * moved[l][i]).sum::<f64>();
+                }
+            }
+        }
+    }
+
+    /// ln w = (angular rows) ln L + a part free of L; d(w)/dq scales alike, so Y of ln w does not depend on L.
+    #[inline(always)]
+    fn length_terms<const C: usize>(&self, _: &Factored<C, f64>, _: usize, _: usize) -> LengthTerms<C> {
+        let (angular, length) = (self.rows.angular() as f64, self.rows.length);
+        LengthTerms { slope: angular / length, y: [[0.0; 6]; C], curvature: -angular / (length * length) }
     }
 }

@@ -1,6 +1,7 @@
 //! Indices of a posture. Each is written once, as a function of the Jacobian or of the joints, and serves alone, in a weighted sum, in
 //! every resolution method and in the planner.
 
+mod batch;
 mod condition;
 mod evaluate;
 mod joint_limits;
@@ -10,8 +11,9 @@ mod planar;
 mod rows;
 mod spectral;
 
+pub use batch::Answers;
 pub use condition::{ConditionNumber, length_of_least_condition};
-pub use evaluate::{Differential, Evaluation, Order, Status};
+pub use evaluate::{Evaluation, Order, Status};
 pub use joint_limits::{JointLimits, LimitBarrier};
 pub use manipulability::Manipulability;
 pub use objective::{CustomIndex, Index, Objective};

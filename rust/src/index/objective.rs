@@ -9,7 +9,7 @@ use super::joint_limits::{JointLimits, LimitBarrier};
 use super::manipulability::Manipulability;
 use super::spectral::Spectral;
 use crate::error::{Error, Result};
-use crate::kinematics::{Jacobian, JacobianDerivative, jacobian};
+use crate::kinematics::{Jacobian, jacobian};
 use crate::linalg::MAX_JOINTS;
 use crate::robot::Robot;
 
@@ -46,11 +46,6 @@ impl Index {
         }
     }
 
-    /// Whether it is a function of the Jacobian.
-    fn needs_jacobian(&self) -> bool {
-        self.rows().is_some()
-    }
-
     /// The same index with another length; unchanged when it has none.
     pub fn with_length(&self, length: f64) -> Self {
         let mut out = self.clone();
@@ -63,16 +58,24 @@ impl Index {
         out
     }
 
+    /// Value and derivatives, into a zeroed `out`.
     #[inline(always)]
-    fn evaluate<const C: usize>(&self, robot: &Robot, q: &[f64], known: &Known<C>, order: Order, with_length: bool) -> Evaluation<C> {
-        let (jacobian, derivative) = (&known.jacobian, known.derivative.as_ref());
+    fn evaluate<const C: usize>(
+        &self,
+        robot: &Robot,
+        q: &[f64],
+        jacobian: &Jacobian<C>,
+        order: Order,
+        with_length: bool,
+        out: &mut Evaluation<C>,
+    ) {
         match self {
-            Self::Condition(index) => index.evaluate(jacobian, derivative, order, with_length),
-            Self::Spectral(index) => index.evaluate(jacobian, derivative, order, with_length),
-            Self::Manipulability(index) => index.evaluate(jacobian, derivative, order, with_length),
-            Self::JointLimits(index) => index.evaluate(robot.limits(), q, order),
-            Self::LimitBarrier(index) => index.evaluate(robot.limits(), q, order),
-            Self::Custom(index) => narrow(&index.evaluate(q, order), q.len()),
+            Self::Condition(index) => index.evaluate(jacobian, order, with_length, out),
+            Self::Spectral(index) => index.evaluate(jacobian, order, with_length, out),
+            Self::Manipulability(index) => index.evaluate(jacobian, order, with_length, out),
+            Self::JointLimits(index) => *out = index.evaluate(robot.limits(), q, order),
+            Self::LimitBarrier(index) => *out = index.evaluate(robot.limits(), q, order),
+            Self::Custom(index) => *out = narrow(&index.evaluate(q, order), q.len()),
         }
     }
 }
@@ -87,12 +90,6 @@ fn narrow<const C: usize>(wide: &Evaluation<MAX_JOINTS>, n: usize) -> Evaluation
         out.hessian[k][..n].copy_from_slice(&wide.hessian[k][..n]);
     }
     out
-}
-
-/// What the terms of a sum share at a posture.
-struct Known<const C: usize> {
-    jacobian: Jacobian<C>,
-    derivative: Option<JacobianDerivative<C>>,
 }
 
 /// `sum weight * index`.
@@ -169,14 +166,15 @@ impl Objective {
         order: Order,
         with_length: bool,
     ) -> Evaluation<C> {
-        let wanted = order == Order::Hessian && self.terms.iter().any(|(_, index)| index.needs_jacobian());
-        let known = Known { jacobian: *jacobian, derivative: wanted.then(|| JacobianDerivative::new(jacobian)) };
-        if let [(1.0, only)] = self.terms.as_slice() {
-            return only.evaluate(robot, q, &known, order, with_length);
-        }
         let mut sum = Evaluation::zero();
+        if let [(1.0, only)] = self.terms.as_slice() {
+            only.evaluate(robot, q, jacobian, order, with_length, &mut sum);
+            return sum;
+        }
         for (weight, index) in &self.terms {
-            sum.add(*weight, &index.evaluate(robot, q, &known, order, with_length), q.len(), order);
+            let mut term = Evaluation::zero();
+            index.evaluate(robot, q, jacobian, order, with_length, &mut term);
+            sum.add(*weight, &term, q.len(), order);
         }
         sum
     }

@@ -1,8 +1,9 @@
 //! Which rows of the Jacobian an index uses, and the length that makes them homogeneous.
 
 use crate::error::{Error, Result, check_positive};
-use crate::kinematics::{Jacobian, JacobianDerivative};
-use crate::linalg::{Row6, Rows6};
+use crate::kinematics::{Jacobian, derivative_column};
+use crate::linalg::real::Real;
+use crate::linalg::{Mat6, Row6, Rows6};
 
 /// The rows in use and the length: `J_n = [L A; B]` restricted to the rows (Leger 2014, eq. 2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,29 +61,51 @@ impl Rows {
 
     /// `J_n` by rows.
     #[inline(always)]
-    pub fn normalised<const C: usize>(&self, jacobian: &Jacobian<C>) -> Rows6<C> {
+    pub fn normalised<const C: usize, T: Real>(&self, jacobian: &Jacobian<C, T>) -> Rows6<C, T> {
         self.select(jacobian.n(), |i, row| if row < 3 { jacobian.w[i][row] } else { jacobian.v[i][row - 3] })
     }
 
-    /// `dJ_n/dq_k` by rows.
+    /// `dJ_n/dq_k` by columns, into a zeroed `out`.
     #[inline(always)]
-    pub fn normalised_derivative<const C: usize>(&self, derivative: &JacobianDerivative<C>, k: usize) -> Rows6<C> {
-        self.select(derivative.n(), |i, row| derivative.columns[k][i][row])
+    pub fn normalised_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
+        for i in 0..jacobian.n() {
+            let column = derivative_column(jacobian, k, i);
+            if self.count == 6 {
+                out[i] = std::array::from_fn(|r| if r < 3 { self.length * column[r] } else { column[r] });
+            } else {
+                for (r, row) in self.indices().iter().enumerate() {
+                    out[i][r] = self.scale(*row) * column[*row];
+                }
+            }
+        }
+    }
+
+    /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k.
+    #[inline(always)]
+    pub fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, n: usize, m: usize, out: &mut Mat6) {
+        let angular = if m == 6 { 3 } else { self.angular() };
+        for r in 0..m {
+            for i in if r < angular { k + 1 } else { 0 }..n {
+                for c in 0..6 {
+                    out[r][c] += dj[i][r] * p[i][c];
+                }
+            }
+        }
     }
 
     #[inline(always)]
-    fn select<const C: usize>(&self, n: usize, entry: impl Fn(usize, usize) -> f64) -> Rows6<C> {
-        let mut out = [[0.0; C]; 6];
+    fn select<const C: usize, T: Real>(&self, n: usize, entry: impl Fn(usize, usize) -> T) -> Rows6<C, T> {
+        let mut out = [[T::ZERO; C]; 6];
         if self.count == 6 {
             for r in 0..6 {
                 for i in 0..n {
-                    out[r][i] = if r < 3 { self.length * entry(i, r) } else { entry(i, r) };
+                    out[r][i] = if r < 3 { T::splat(self.length) * entry(i, r) } else { entry(i, r) };
                 }
             }
         } else {
             for (r, row) in self.indices().iter().enumerate() {
                 for i in 0..n {
-                    out[r][i] = self.scale(*row) * entry(i, *row);
+                    out[r][i] = T::splat(self.scale(*row)) * entry(i, *row);
                 }
             }
         }
@@ -91,15 +114,15 @@ impl Rows {
 
     /// From `d(phi)/dJ_n` to `d(phi)/dJ`: puts the rows back and scales them again.
     #[inline(always)]
-    pub fn spread(&self, y: &Row6) -> Row6 {
-        let mut out = [0.0; 6];
+    pub fn spread<T: Real>(&self, y: &Row6<T>) -> Row6<T> {
+        let mut out = [T::ZERO; 6];
         if self.count == 6 {
             for r in 0..6 {
-                out[r] = self.scale(r) * y[r];
+                out[r] = T::splat(self.scale(r)) * y[r];
             }
         } else {
             for r in 0..self.count {
-                out[self.indices[r]] = self.scale(self.indices[r]) * y[r];
+                out[self.indices[r]] = T::splat(self.scale(self.indices[r])) * y[r];
             }
         }
         out

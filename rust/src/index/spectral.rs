@@ -4,9 +4,9 @@
 //! With `phi = sum c_i ln sigma_i` and `B_k = U' dJ_k V`, `d sigma_i = B_ii`, and the second derivative of sigma_i follows from the eigenvalues of
 //! `[0 J; J' 0]`. Pairs of equal exponents need no gap between their singular values; pairs of different exponents do.
 
-use super::evaluate::{Differential, JacobianIndex, Order, Status};
+use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::{Jacobian, JacobianDerivative};
+use crate::kinematics::Jacobian;
 use crate::linalg::svd::Svd;
 use crate::linalg::{Row6, Rows6};
 
@@ -59,20 +59,16 @@ impl Spectral {
         }
         if self.squared { c.map(|x| 2.0 * x) } else { c }
     }
-
-    fn singular_value(&self) -> f64 {
-        if self.kind == SpectralKind::SmallestSingularValue { 0.0 } else { f64::INFINITY }
-    }
 }
 
 /// `B = U' dJ V` and `dJ` along the null space: rows i < m, columns j < n.
 #[inline(always)]
-fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &Rows6<C>, n: usize, m: usize) -> [[f64; C]; 6] {
+fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &[Row6; C], n: usize, m: usize) -> [[f64; C]; 6] {
     let mut b = [[0.0; C]; 6];
     for i in 0..m {
         let mut row = [0.0; C]; // u_i' dJ
         for j in 0..n {
-            row[j] = (0..m).map(|r| svd.u[i][r] * dj[r][j]).sum();
+            row[j] = (0..m).map(|r| svd.u[i][r] * dj[j][r]).sum();
         }
         for j in 0..m {
             b[i][j] = (0..n).map(|s| row[s] * svd.v[j][s]).sum();
@@ -105,91 +101,123 @@ fn second<const C: usize>(c: &Row6, sigma: &Row6, bk: &[[f64; C]; 6], bl: &[[f64
     sum
 }
 
-impl JacobianIndex for Spectral {
+/// The singular value decomposition, the exponents, and J_n by rows.
+pub struct Decomposed<const C: usize> {
+    svd: Svd<C>,
+    c: Row6,
+    jn: Rows6<C>,
+    repeated: bool,
+}
+
+impl FirstOrder<f64> for Spectral {
+    type Factors<const C: usize> = Decomposed<C>;
+
     #[inline(always)]
-    fn differential<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        derivative: Option<&JacobianDerivative<C>>,
-        order: Order,
-        with_length: bool,
-    ) -> Differential<C> {
-        let (n, m) = (jacobian.n(), self.rows.count());
-        let singular = Differential { status: Status::Singular, ..Differential::of((self.singular_value(), f64::NAN, f64::NAN)) };
-        if m > n {
-            return singular;
-        }
+    fn rows(&self) -> &Rows {
+        &self.rows
+    }
+
+    #[inline(always)]
+    fn factors<const C: usize>(&self, jacobian: &Jacobian<C>, m: usize) -> Decomposed<C> {
         let jn = self.rows.normalised(jacobian);
-        let svd = Svd::new(&jn, n, m);
+        let svd = Svd::new(&jn, jacobian.n(), m);
         let (c, sigma) = (self.exponents(m), svd.sigma);
+        let repeated = (1..m).any(|i| c[i] != c[i - 1] && sigma[i - 1] - sigma[i] <= GAP * sigma[i - 1]);
+        Decomposed { svd, c, jn, repeated }
+    }
+
+    #[inline(always)]
+    fn outer<const C: usize>(&self, factors: &Decomposed<C>, m: usize) -> (f64, f64, f64) {
+        let Decomposed { c, svd, .. } = factors;
+        let value: f64 = (0..m).map(|i| if c[i] == 0.0 { 1.0 } else { svd.sigma[i].powf(c[i]) }).product();
+        (value, value, value)
+    }
+
+    #[inline(always)]
+    fn status<const C: usize>(&self, factors: &Decomposed<C>, _: f64, m: usize, _: usize) -> Status {
+        let sigma = &factors.svd.sigma;
         if sigma[m - 1].is_nan() || sigma[m - 1] <= RANK_TOLERANCE * sigma[0] {
-            return singular;
+            Status::Singular
+        } else if factors.repeated {
+            Status::Repeated
+        } else {
+            Status::Regular
         }
-        let value: f64 = (0..m).map(|i| if c[i] == 0.0 { 1.0 } else { sigma[i].powf(c[i]) }).product();
-        let mut out = Differential::of((value, value, value));
-        if order == Order::Value {
-            return out;
-        }
-        if (1..m).any(|i| c[i] != c[i - 1] && sigma[i - 1] - sigma[i] <= GAP * sigma[i - 1]) {
-            out.status = Status::Repeated;
-        }
+    }
+
+    fn limit(&self) -> f64 {
+        if self.kind == SpectralKind::SmallestSingularValue { 0.0 } else { f64::INFINITY }
+    }
+
+    #[inline(always)]
+    fn slope<const C: usize>(&self, factors: &Decomposed<C>, n: usize, m: usize) -> [Row6; C] {
+        let Decomposed { svd, c, .. } = factors;
+        let mut out = [[0.0; 6]; C];
         for i in 0..n {
             let mut y = [0.0; 6];
             for s in 0..m {
                 for r in 0..m {
-                    y[r] += c[s] / sigma[s] * svd.u[s][r] * svd.v[s][i];
+                    y[r] += c[s] / svd.sigma[s] * svd.u[s][r] * svd.v[s][i];
                 }
             }
-            out.y[i] = self.rows.spread(&y);
-        }
-        if with_length {
-            length_terms(&self.rows, &svd, &c, &jn, n, &mut out);
-        }
-        if let (Order::Hessian, Some(derivative)) = (order, derivative) {
-            let null = svd.null_space();
-            let mut b = [[[0.0; C]; 6]; C];
-            for k in 0..n {
-                b[k] = projected(&svd, &null, &self.rows.normalised_derivative(derivative, k), n, m);
-            }
-            for k in 0..n {
-                for l in k..n {
-                    out.second[k][l] = if out.status == Status::Repeated { f64::NAN } else { second(&c, &sigma, &b[k], &b[l], n, m) };
-                }
-            }
+            out[i] = self.rows.spread(&y);
         }
         out
     }
 }
 
-/// Derivatives with the length: `dJ_n/dL = Pi J_n / L` is one more direction, whose own second derivative is zero.
-#[inline(always)]
-fn length_terms<const C: usize>(rows: &Rows, svd: &Svd<C>, c: &Row6, jn: &Rows6<C>, n: usize, out: &mut Differential<C>) {
-    let (m, angular, length) = (rows.count(), rows.angular(), rows.length);
-    let mut along = [[0.0; C]; 6];
-    for r in 0..angular {
-        along[r] = jn[r].map(|x| x / length);
-    }
-    let sigma = &svd.sigma;
-    let null = svd.null_space();
-    let b = projected(svd, &null, &along, n, m);
-    out.length_slope = (0..m).map(|i| c[i] / sigma[i] * b[i][i]).sum();
-    if out.status == Status::Repeated {
-        out.length_curvature = f64::NAN;
-        out.length_y = [[f64::NAN; 6]; C];
-        return;
-    }
-    out.length_curvature = second(c, sigma, &b, &b, n, m);
-    // d(phi_L) along any dJ: the bilinear form with one argument fixed, plus phi_J applied to the change of Pi J_n / L itself.
-    for i in 0..n {
-        let mut y = [0.0; 6];
-        for r in 0..m {
-            let mut unit = [[0.0; C]; 6];
-            unit[r][i] = 1.0;
-            y[r] = second(c, sigma, &b, &projected(svd, &null, &unit, n, m), n, m);
-            if r < angular {
-                y[r] += (0..m).map(|s| c[s] / sigma[s] * svd.u[s][r] * svd.v[s][i]).sum::<f64>() / length;
+impl JacobianIndex for Spectral {
+    #[inline(always)]
+    fn second<const C: usize>(&self, factors: &Decomposed<C>, jacobian: &Jacobian<C>, m: usize, out: &mut [[f64; C]; C]) {
+        let Decomposed { svd, c, repeated, .. } = factors;
+        let n = jacobian.n();
+        let null = svd.null_space();
+        let mut b = [[[0.0; C]; 6]; C];
+        for k in 0..n {
+            let mut dj = [[0.0; 6]; C];
+            self.rows.normalised_derivative(jacobian, k, &mut dj);
+            b[k] = projected(svd, &null, &dj, n, m);
+        }
+        for k in 0..n {
+            for l in k..n {
+                out[k][l] = if *repeated { f64::NAN } else { second(c, &svd.sigma, &b[k], &b[l], n, m) };
             }
         }
-        out.length_y[i] = rows.spread(&y);
+    }
+
+    /// `dJ_n/dL = Pi J_n / L` is one more direction, whose own second derivative is zero.
+    #[inline(always)]
+    fn length_terms<const C: usize>(&self, factors: &Decomposed<C>, n: usize, m: usize) -> LengthTerms<C> {
+        let Decomposed { svd, c, jn, repeated } = factors;
+        let (angular, length) = (self.rows.angular(), self.rows.length);
+        let mut along = [[0.0; 6]; C];
+        for i in 0..n {
+            for r in 0..angular {
+                along[i][r] = jn[r][i] / length;
+            }
+        }
+        let sigma = &svd.sigma;
+        let null = svd.null_space();
+        let b = projected(svd, &null, &along, n, m);
+        let slope = (0..m).map(|i| c[i] / sigma[i] * b[i][i]).sum();
+        if *repeated {
+            return LengthTerms { slope, y: [[f64::NAN; 6]; C], curvature: f64::NAN };
+        }
+        let curvature = second(c, sigma, &b, &b, n, m);
+        let mut columns = [[0.0; 6]; C];
+        // d(phi_L) along any dJ: the bilinear form with one argument fixed, plus phi_J applied to the change of Pi J_n / L itself.
+        for i in 0..n {
+            let mut y = [0.0; 6];
+            for r in 0..m {
+                let mut unit = [[0.0; 6]; C];
+                unit[i][r] = 1.0;
+                y[r] = second(c, sigma, &b, &projected(svd, &null, &unit, n, m), n, m);
+                if r < angular {
+                    y[r] += (0..m).map(|s| c[s] / sigma[s] * svd.u[s][r] * svd.v[s][i]).sum::<f64>() / length;
+                }
+            }
+            columns[i] = self.rows.spread(&y);
+        }
+        LengthTerms { slope, y: columns, curvature }
     }
 }

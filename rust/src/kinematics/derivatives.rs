@@ -2,49 +2,27 @@
 //! prismatic joint, one formula serves every mix of joints.
 
 use super::Jacobian;
+use crate::linalg::Row6;
 use crate::linalg::vector::{add, cross, scale};
-use crate::linalg::{Row6, size};
 
-/// `columns[k][i] = dJ_i / dq_k`, each a twist with the angular part first.
-#[derive(Debug, Clone, Copy)]
-pub struct JacobianDerivative<const C: usize> {
-    n: usize,
-    /// `columns[k][i] = dJ_i / dq_k`.
-    pub columns: [[Row6; C]; C],
+/// `dJ_i / dq_k` (3.9 to 3.22), a twist.
+#[inline(always)]
+pub fn derivative_column<const C: usize>(jacobian: &Jacobian<C>, k: usize, i: usize) -> Row6 {
+    let (wk, vk, wi, vi) = (jacobian.w[k], jacobian.v[k], jacobian.w[i], jacobian.v[i]);
+    let (dw, dv) = if i > k { (cross(wk, wi), cross(wk, vi)) } else { ([0.0; 3], cross(wi, vk)) };
+    [dw[0], dw[1], dw[2], dv[0], dv[1], dv[2]]
 }
 
-impl<const C: usize> JacobianDerivative<C> {
-    /// The derivative of `jacobian` along every joint.
-    #[inline(always)]
-    pub fn new(jacobian: &Jacobian<C>) -> Self {
-        let n = jacobian.n();
-        let mut columns = [[[0.0; 6]; C]; C];
+/// Writes the array of shape (6, n, n), `[r, i, k] = dJ[r, i] / dq_k`.
+#[inline(always)]
+pub fn first_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]) {
+    let n = jacobian.n();
+    let out = &mut out[..6 * n * n];
+    for i in 0..n {
         for k in 0..n {
-            let (wk, vk) = (jacobian.w[k], jacobian.v[k]);
-            for i in 0..n {
-                let (wi, vi) = (jacobian.w[i], jacobian.v[i]);
-                let (dw, dv) = if i > k { (cross(wk, wi), cross(wk, vi)) } else { ([0.0; 3], cross(wi, vk)) };
-                columns[k][i] = [dw[0], dw[1], dw[2], dv[0], dv[1], dv[2]];
-            }
-        }
-        Self { n, columns }
-    }
-
-    /// Number of joints.
-    #[inline(always)]
-    pub fn n(&self) -> usize {
-        size::<C>(self.n)
-    }
-
-    /// Writes the array of shape (6, n, n), `[r, i, k] = dJ[r, i] / dq_k`.
-    #[inline(always)]
-    pub fn write(&self, out: &mut [f64]) {
-        let n = self.n();
-        for r in 0..6 {
-            for i in 0..n {
-                for k in 0..n {
-                    out[(r * n + i) * n + k] = self.columns[k][i][r];
-                }
+            let column = derivative_column(jacobian, k, i);
+            for r in 0..6 {
+                out[(r * n + i) * n + k] = column[r];
             }
         }
     }

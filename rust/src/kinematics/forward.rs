@@ -1,29 +1,32 @@
 //! Forward kinematics and the geometric Jacobian (Leger 2014, eq. 1.2).
 
 use crate::linalg::frame::Frame;
+use crate::linalg::real::Real;
 use crate::linalg::trig::sin_cos;
 use crate::linalg::vector::{Vec3, cross, sub};
-use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::linalg::{Row6, size};
 use crate::robot::{Joint, Robot};
 
 /// The geometric Jacobian by columns: `J_i = [w_i; v_i]`, angular part first, at the tool point, in the base frame.
 /// `w_i` is the joint's axis for a revolute joint and zero for a prismatic one, whose axis is `v_i`.
 #[derive(Debug, Clone, Copy)]
-pub struct Jacobian<const C: usize> {
+pub struct Jacobian<const C: usize, T = f64> {
     n: usize,
     /// Angular part of each column.
-    pub w: [Vec3; C],
+    pub w: [Vec3<T>; C],
     /// Linear part of each column.
-    pub v: [Vec3; C],
+    pub v: [Vec3<T>; C],
 }
 
-impl<const C: usize> Jacobian<C> {
+impl<const C: usize, T: Real> Jacobian<C, T> {
     /// Number of columns.
     #[inline(always)]
     pub fn n(&self) -> usize {
         size::<C>(self.n)
     }
+}
 
+impl<const C: usize> Jacobian<C> {
     /// Column `i`.
     #[inline(always)]
     pub fn column(&self, i: usize) -> Row6 {
@@ -57,7 +60,7 @@ impl<const C: usize> Jacobian<C> {
 }
 
 #[inline(always)]
-fn moved(frame: &Frame, joint: Joint, q: f64, sine: f64, cosine: f64) -> Frame {
+fn moved<T: Real>(frame: &Frame<T>, joint: Joint, q: T, sine: T, cosine: T) -> Frame<T> {
     match joint {
         Joint::Revolute => frame.turn_z(cosine, sine),
         Joint::Prismatic => {
@@ -96,13 +99,19 @@ pub fn link_frames(robot: &Robot, q: &[f64]) -> Vec<Frame> {
 /// The tool frame and the Jacobian, in one sweep.
 #[inline(always)]
 pub fn jacobian<const C: usize>(robot: &Robot, q: &[f64]) -> (Frame, Jacobian<C>) {
+    jacobian_of::<C, f64>(robot, q)
+}
+
+/// The same for one posture or for several side by side.
+#[inline(always)]
+pub fn jacobian_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> (Frame<T>, Jacobian<C, T>) {
     let n = size::<C>(robot.n());
     let (links, joints) = (&robot.links()[..n], &robot.joints()[..n]);
     let q = &q[..n];
-    let mut columns = Jacobian { n, w: [[0.0; 3]; C], v: [[0.0; 3]; C] };
-    let mut origins = [[0.0; 3]; MAX_JOINTS];
-    let (sines, cosines) = sin_cos::<C>(q, n);
-    let mut frame = links[0];
+    let mut columns = Jacobian { n, w: [[T::ZERO; 3]; C], v: [[T::ZERO; 3]; C] };
+    let mut origins = [[T::ZERO; 3]; C];
+    let (sines, cosines) = T::sin_cos::<C>(q, n);
+    let mut frame = Frame::splat(&links[0]);
     for i in 0..n {
         if i > 0 {
             frame = frame.compose(&links[i]);
@@ -117,7 +126,7 @@ pub fn jacobian<const C: usize>(robot: &Robot, q: &[f64]) -> (Frame, Jacobian<C>
             Joint::Revolute => columns.v[i] = cross(columns.w[i], sub(tool.origin, origins[i])),
             Joint::Prismatic => {
                 columns.v[i] = columns.w[i];
-                columns.w[i] = [0.0; 3];
+                columns.w[i] = [T::ZERO; 3];
             }
         }
     }

@@ -4,6 +4,6 @@ mod derivatives;
 mod forward;
 mod pullback;
 
-pub use derivatives::{JacobianDerivative, jacobian_rate, second_derivative};
-pub use forward::{Jacobian, forward, jacobian, link_frames};
+pub use derivatives::{derivative_column, first_derivative, jacobian_rate, second_derivative};
+pub use forward::{Jacobian, forward, jacobian, jacobian_of, link_frames};
 pub use pullback::{pull_back, pull_back_second};

@@ -6,6 +6,7 @@
 
 use super::Jacobian;
 use crate::linalg::Row6;
+use crate::linalg::real::Real;
 use crate::linalg::vector::{Vec3, add, cross, dot, halves, scale, sub};
 
 type Mat3 = [Vec3; 3];
@@ -38,16 +39,16 @@ fn trace(m: &Mat3) -> f64 {
 
 /// `g_k = <Y, dJ/dq_k>`: `w_k . sum_{i>k} (w_i x y_w + v_i x y_v) + v_k . sum_{i<=k} (y_v x w_i)`.
 #[inline(always)]
-pub fn pull_back<const C: usize>(jacobian: &Jacobian<C>, y: &[Row6; C]) -> [f64; C] {
+pub fn pull_back<const C: usize, T: Real>(jacobian: &Jacobian<C, T>, y: &[Row6<T>; C]) -> [T; C] {
     let n = jacobian.n();
-    let mut gradient = [0.0; C];
-    let mut inner = [0.0; 3];
+    let mut gradient = [T::ZERO; C];
+    let mut inner = [T::ZERO; 3];
     for k in 0..n {
         let (_, yv) = halves(&y[k]);
         inner = add(inner, cross(yv, jacobian.w[k]));
         gradient[k] = dot(jacobian.v[k], inner);
     }
-    let mut outer = [0.0; 3];
+    let mut outer = [T::ZERO; 3];
     for k in (0..n).rev() {
         let (yw, yv) = halves(&y[k]);
         gradient[k] += dot(jacobian.w[k], outer);

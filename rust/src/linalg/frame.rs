@@ -1,15 +1,16 @@
 //! Rigid transforms.
 
+use super::real::Real;
 use super::vector::{Vec3, add, cross, dot, norm, scale};
 use crate::error::{Error, Result, check_finite};
 
 /// A rigid transform: the three axes of a frame and its origin, both in the parent frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct Frame<T = f64> {
     /// Unit vectors x, y, z of the frame, in the parent frame.
-    pub axes: [Vec3; 3],
+    pub axes: [Vec3<T>; 3],
     /// Origin of the frame, in the parent frame [m].
-    pub origin: Vec3,
+    pub origin: Vec3<T>,
 }
 
 /// How far the rotation part of a user's transform may be from orthogonal before it is refused; within it, it is re-orthogonalised.
@@ -18,16 +19,44 @@ const ORTHOGONALITY: f64 = 1e-6;
 /// How far it may be for the matrix to be taken as it is.
 const ROUNDING: f64 = 1e-14;
 
-impl Frame {
-    /// No rotation, no translation.
-    pub const IDENTITY: Self = Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
+/// What multiples of a right angle miss zero by.
+const ROUNDING_OF_PI: f64 = 1e-15;
+
+impl<T: Real> Frame<T> {
+    /// The same fixed frame in every lane.
+    #[inline(always)]
+    pub fn splat(frame: &Frame) -> Self {
+        Self { axes: frame.axes.map(|axis| axis.map(T::splat)), origin: frame.origin.map(T::splat) }
+    }
 
     /// A vector of this frame in the parent frame.
     #[inline(always)]
-    pub fn rotate(&self, a: Vec3) -> Vec3 {
+    pub fn rotate(&self, a: Vec3) -> Vec3<T> {
         let [x, y, z] = self.axes;
+        let a = a.map(T::splat);
         std::array::from_fn(|r| x[r] * a[0] + y[r] * a[1] + z[r] * a[2])
     }
+
+    /// self * other, a fixed one.
+    #[inline(always)]
+    pub fn compose(&self, other: &Frame) -> Self {
+        Self {
+            axes: [self.rotate(other.axes[0]), self.rotate(other.axes[1]), self.rotate(other.axes[2])],
+            origin: add(self.origin, self.rotate(other.origin)),
+        }
+    }
+
+    /// This frame turned about its own z axis by the angle whose cosine and sine are given.
+    #[inline(always)]
+    pub fn turn_z(&self, cosine: T, sine: T) -> Self {
+        let [x, y, z] = self.axes;
+        Self { axes: [add(scale(cosine, x), scale(sine, y)), add(scale(-sine, x), scale(cosine, y)), z], origin: self.origin }
+    }
+}
+
+impl Frame {
+    /// No rotation, no translation.
+    pub const IDENTITY: Self = Self { axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], origin: [0.0; 3] };
 
     /// A vector of the parent frame in this frame.
     #[inline(always)]
@@ -35,26 +64,10 @@ impl Frame {
         [dot(self.axes[0], a), dot(self.axes[1], a), dot(self.axes[2], a)]
     }
 
-    /// self * other.
-    #[inline(always)]
-    pub fn compose(&self, other: &Self) -> Self {
-        Self {
-            axes: [self.rotate(other.axes[0]), self.rotate(other.axes[1]), self.rotate(other.axes[2])],
-            origin: add(self.origin, self.rotate(other.origin)),
-        }
-    }
-
     /// The inverse transform.
     pub fn inverse(&self) -> Self {
         let transposed = std::array::from_fn(|c| std::array::from_fn(|r| self.axes[r][c]));
         Self { axes: transposed, origin: scale(-1.0, self.unrotate(self.origin)) }
-    }
-
-    /// This frame turned about its own z axis by the angle whose cosine and sine are given.
-    #[inline(always)]
-    pub fn turn_z(&self, cosine: f64, sine: f64) -> Self {
-        let [x, y, z] = self.axes;
-        Self { axes: [add(scale(cosine, x), scale(sine, y)), add(scale(-sine, x), scale(cosine, y)), z], origin: self.origin }
     }
 
     /// Rotation about the unit vector `axis` by `angle` [rad].
@@ -118,17 +131,15 @@ impl Frame {
     }
 }
 
-/// Sine and cosine of a constant angle, with the rounding of pi removed: a right angle written in radians or degrees gives exact zeros.
+/// Sine and cosine of a constant angle, with the rounding of pi removed: a right angle written in radians or degrees gives an exact zero
+/// and an exact one. Both are rounded or neither, so that frames stay orthogonal.
 pub fn exact_sin_cos(angle: f64) -> (f64, f64) {
-    let snap = |x: f64| {
-        if x.abs() < 1e-15 {
-            0.0
-        } else if (x.abs() - 1.0).abs() < 1e-15 {
-            x.signum()
-        } else {
-            x
-        }
-    };
     let (s, c) = angle.sin_cos();
-    (snap(s), snap(c))
+    if s.abs() < ROUNDING_OF_PI {
+        (0.0, c.signum())
+    } else if c.abs() < ROUNDING_OF_PI {
+        (s.signum(), 0.0)
+    } else {
+        (s, c)
+    }
 }

@@ -6,22 +6,25 @@
 pub mod cholesky;
 pub mod frame;
 pub mod orthogonal;
+pub mod real;
 pub mod svd;
 pub mod symmetric;
 pub mod trig;
 pub mod vector;
 
+use real::Real;
+
 /// The largest number of joints of a robot.
 pub const MAX_JOINTS: usize = 16;
 
 /// Six numbers, angular part first: a twist [omega; v] or a row of a pseudo-inverse.
-pub type Row6 = [f64; 6];
+pub type Row6<T = f64> = [T; 6];
 
 /// A matrix of at most six by six, by rows.
-pub type Mat6 = [Row6; 6];
+pub type Mat6<T = f64> = [Row6<T>; 6];
 
 /// A matrix of at most six rows, one column a joint, by rows.
-pub type Rows6<const C: usize> = [[f64; C]; 6];
+pub type Rows6<const C: usize, T = f64> = [[T; C]; 6];
 
 /// The number of joints in use, a compile-time constant for the commonest capacity, so that loops unroll. Inner loops run over the whole
 /// capacity, whose entries beyond the joints are zero: whole vectors cost less than ragged ones.
@@ -30,32 +33,39 @@ pub const fn size<const C: usize>(n: usize) -> usize {
     if C == 6 { C } else { n }
 }
 
-/// `a b'` of two matrices of m rows: m x m.
+/// The transpose: one row a joint.
 #[inline(always)]
-pub fn product_transposed<const C: usize>(a: &Rows6<C>, b: &Rows6<C>, m: usize) -> Mat6 {
-    let mut product = [[0.0; 6]; 6];
+pub fn transposed<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> [Row6<T>; C] {
+    let mut out = [[T::ZERO; 6]; C];
     for r in 0..m {
-        for c in 0..m {
-            for i in 0..C {
-                product[r][c] += a[r][i] * b[c][i];
-            }
+        for i in 0..C {
+            out[i][r] = a[r][i];
         }
     }
-    product
+    out
+}
+
+/// Columns weighted by the first `n` entries of `z` and added.
+#[inline(always)]
+pub fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usize) -> Row6 {
+    let mut out = [0.0; 6];
+    for i in 0..n {
+        for r in 0..6 {
+            out[r] += z[i] * columns[i][r];
+        }
+    }
+    out
 }
 
 /// `a a'`, computed once above the diagonal.
 #[inline(always)]
-pub fn gram<const C: usize>(a: &Rows6<C>, m: usize) -> Mat6 {
-    let mut product = [[0.0; 6]; 6];
+pub fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
+    let mut product = [[T::ZERO; 6]; 6];
     for r in 0..m {
         for c in r..m {
-            let mut sum = 0.0;
-            for i in 0..C {
-                sum += a[r][i] * a[c][i];
-            }
-            product[r][c] = sum;
-            product[c][r] = sum;
+            let entry = orthogonal::dot(&a[r], &a[c]);
+            product[r][c] = entry;
+            product[c][r] = entry;
         }
     }
     product

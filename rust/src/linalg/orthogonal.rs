@@ -6,27 +6,41 @@
 //! pivot and no branch, and one division a row on the critical path: at 6 x 6 it takes a third of the time of elimination with pivoting or
 //! of Householder reflections (`benches/linalg.rs`).
 
+use super::real::Real;
 use super::{Mat6, Row6, Rows6, size};
 
 /// An orthogonal vector shorter than this multiple of the longest means that the rows of A are dependent to working precision.
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
-/// A vector whose square shrinks below this part of its row's has lost digits to cancellation, and with them orthogonality
-/// (Daniel, Gragg, Kaufman and Stewart 1976).
-const CANCELLED: f64 = 0.5;
+/// Runs the body for k from 0 to m - 1, at most 5, with k a constant in each copy, so that the triangular loops within unroll too.
+macro_rules! unrolled {
+    ($k:ident < $m:expr, $body:block) => {
+        unrolled!(@ $k $m, $body, 0 1 2 3 4 5)
+    };
+    (@ $k:ident $m:expr, $body:block, $($constant:literal)*) => {
+        $(
+            if $constant < $m {
+                let $k: usize = $constant;
+                $body
+            }
+        )*
+    };
+}
 
+/// a . b.
 #[inline(always)]
-fn dot<const C: usize>(a: &[f64; C], b: &[f64; C]) -> f64 {
-    let mut sum = a[0] * b[0];
-    for i in 1..C {
-        sum += a[i] * b[i];
+pub fn dot<const C: usize, T: Real>(a: &[T; C], b: &[T; C]) -> T {
+    // Two sums: half the latency, and the compiler keeps them in one register.
+    let mut sums = [a[0] * b[0], a[1] * b[1]];
+    for i in 2..C {
+        sums[i % 2] += a[i] * b[i];
     }
-    sum
+    sums[0] + sums[1]
 }
 
 /// a - factor b.
 #[inline(always)]
-fn subtract<const C: usize>(a: &mut [f64; C], factor: f64, b: &[f64; C]) {
+fn subtract<const C: usize, T: Real>(a: &mut [T; C], factor: T, b: &[T; C]) {
     for i in 0..C {
         a[i] -= factor * b[i];
     }
@@ -34,102 +48,110 @@ fn subtract<const C: usize>(a: &mut [f64; C], factor: f64, b: &[f64; C]) {
 
 /// The factors of A'.
 #[derive(Debug, Clone, Copy)]
-pub struct Orthogonal<const C: usize> {
+pub struct Orthogonal<const C: usize, T = f64> {
     n: usize,
     m: usize,
     /// Columns of O, as rows.
-    o: Rows6<C>,
+    o: Rows6<C, T>,
     /// Their squared lengths.
-    square: Row6,
+    square: Row6<T>,
     /// The reciprocals of these.
-    reciprocal: Row6,
+    reciprocal: Row6<T>,
     /// U, strictly above the diagonal.
-    u: Mat6,
+    u: Mat6<T>,
 }
 
-impl<const C: usize> Orthogonal<C> {
+impl<const C: usize, T: Real> Orthogonal<C, T> {
     /// Of the m x n matrix `a`, by rows.
     #[inline(always)]
-    pub fn new(a: &Rows6<C>, n: usize, m: usize) -> Self {
+    pub fn new(a: &Rows6<C, T>, n: usize, m: usize) -> Self {
         let n = size::<C>(n);
-        let mut out = Self { n, m, o: *a, square: [0.0; 6], reciprocal: [0.0; 6], u: [[0.0; 6]; 6] };
-        for k in 0..m {
-            out.square[k] = dot(&out.o[k], &out.o[k]);
-            if out.square[k] < CANCELLED * dot(&a[k], &a[k]) {
-                out.orthogonalise_again(k);
-            }
+        let mut out = Self { n, m, o: *a, square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] };
+        unrolled!(k < m, {
+            out.orthogonalise_again(k);
             let pivot = out.o[k];
-            out.reciprocal[k] = 1.0 / out.square[k];
+            out.square[k] = dot(&pivot, &pivot);
+            out.reciprocal[k] = T::splat(1.0) / out.square[k];
             for c in k + 1..m {
-                let factor = dot(&pivot, &out.o[c]) / out.square[k];
+                let factor = dot(&pivot, &out.o[c]) * out.reciprocal[k];
                 out.u[k][c] = factor;
                 subtract(&mut out.o[c], factor, &pivot);
             }
-        }
+        });
         out
     }
 
     /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett).
-    #[cold]
-    #[inline(never)]
+    /// All factors come from the same vector, so that none waits for another.
+    #[inline(always)]
     fn orthogonalise_again(&mut self, k: usize) {
+        let vector = self.o[k];
         for j in 0..k {
-            let known = self.o[j];
-            let factor = dot(&known, &self.o[k]) * self.reciprocal[j];
+            let factor = dot(&self.o[j], &vector) * self.reciprocal[j];
             self.u[j][k] += factor;
+            let known = self.o[j];
             subtract(&mut self.o[k], factor, &known);
         }
-        self.square[k] = dot(&self.o[k], &self.o[k]);
     }
 
     #[inline(always)]
-    fn extremes(&self) -> (f64, f64) {
+    fn extremes(&self, lane: usize) -> (f64, f64) {
         let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
         for k in 0..self.m {
-            smallest = smallest.min(self.square[k]);
-            largest = largest.max(self.square[k]);
+            smallest = smallest.min(self.square[k].lane(lane));
+            largest = largest.max(self.square[k].lane(lane));
         }
         (smallest, largest)
     }
 
-    /// Whether the rows of A are independent to working precision.
+    /// Whether the rows of A, in one lane, are independent to working precision.
     #[inline(always)]
-    pub fn has_full_rank(&self) -> bool {
-        let (smallest, largest) = self.extremes();
+    pub fn lane_has_full_rank(&self, lane: usize) -> bool {
+        let (smallest, largest) = self.extremes(lane);
         self.m <= self.n && smallest > RANK_TOLERANCE * RANK_TOLERANCE * largest && largest.is_finite()
-    }
-
-    /// Length of the shortest orthogonal vector over that of the longest: a cheap sign of near dependence, 0 to 1.
-    #[inline(always)]
-    pub fn spread(&self) -> f64 {
-        let (smallest, largest) = self.extremes();
-        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// `sqrt(det(A A'))`.
     #[inline(always)]
-    pub fn volume(&self) -> f64 {
-        let mut product = 1.0;
+    pub fn volume(&self) -> T {
+        let mut product = T::splat(1.0);
         for k in 0..self.m {
-            product *= self.square[k].sqrt();
+            product = product * self.square[k].sqrt();
         }
         product
     }
 
     /// `P = A^+` by columns: m of n numbers.
     #[inline(always)]
-    pub fn pseudo_inverse(&self) -> Rows6<C> {
+    pub fn pseudo_inverse(&self) -> Rows6<C, T> {
         let mut p = self.o;
-        for k in (0..self.m).rev() {
+        unrolled!(back < self.m, {
+            let k = self.m - 1 - back;
             for x in &mut p[k] {
                 *x /= self.square[k];
             }
-            for j in k + 1..self.m {
+            // The row that was finished last comes last: the others do not wait for it.
+            for j in (k + 1..self.m).rev() {
                 let done = p[j];
                 subtract(&mut p[k], self.u[k][j], &done);
             }
-        }
+        });
         p
+    }
+}
+
+impl<const C: usize> Orthogonal<C> {
+    /// Whether the rows of A are independent to working precision.
+    #[inline(always)]
+    pub fn has_full_rank(&self) -> bool {
+        self.lane_has_full_rank(0)
+    }
+
+    /// Length of the shortest orthogonal vector over that of the longest: a cheap sign of near dependence, 0 to 1.
+    #[inline(always)]
+    pub fn spread(&self) -> f64 {
+        let (smallest, largest) = self.extremes(0);
+        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// An orthonormal basis of the null space of A: vector `j` in row `j`, n - m of them.

@@ -63,7 +63,9 @@ pub fn sin_cos<const N: usize>(angles: &[f64], n: usize) -> ([f64; N], [f64; N])
     }
     if largest > LARGEST {
         for i in 0..n {
-            (sines[i], cosines[i]) = angles[i].sin_cos();
+            if angles[i].abs() > LARGEST {
+                (sines[i], cosines[i]) = angles[i].sin_cos();
+            }
         }
     }
     (sines, cosines)

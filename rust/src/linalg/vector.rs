@@ -1,35 +1,37 @@
 //! Vectors of three numbers.
 
+use super::real::Real;
+
 /// A vector of three numbers.
-pub type Vec3 = [f64; 3];
+pub type Vec3<T = f64> = [T; 3];
 
 /// a x b.
 #[inline(always)]
-pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+pub fn cross<T: Real>(a: Vec3<T>, b: Vec3<T>) -> Vec3<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a . b.
 #[inline(always)]
-pub fn dot(a: Vec3, b: Vec3) -> f64 {
+pub fn dot<T: Real>(a: Vec3<T>, b: Vec3<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a + b.
 #[inline(always)]
-pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+pub fn add<T: Real>(a: Vec3<T>, b: Vec3<T>) -> Vec3<T> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// a - b.
 #[inline(always)]
-pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+pub fn sub<T: Real>(a: Vec3<T>, b: Vec3<T>) -> Vec3<T> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// s a.
 #[inline(always)]
-pub fn scale(s: f64, a: Vec3) -> Vec3 {
+pub fn scale<T: Real>(s: T, a: Vec3<T>) -> Vec3<T> {
     [s * a[0], s * a[1], s * a[2]]
 }
 
@@ -51,7 +53,7 @@ pub fn unit(a: Vec3) -> Option<Vec3> {
 
 /// The two halves of a twist [omega; v].
 #[inline(always)]
-pub fn halves(t: &[f64; 6]) -> (Vec3, Vec3) {
+pub fn halves<T: Real>(t: &[T; 6]) -> (Vec3<T>, Vec3<T>) {
     ([t[0], t[1], t[2]], [t[3], t[4], t[5]])
 }
 

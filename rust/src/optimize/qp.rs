@@ -13,7 +13,7 @@ pub const MAX_ROWS: usize = 4 * MAX_JOINTS;
 /// Constraints added or dropped before giving up; a non-degenerate problem of this size needs far fewer.
 const MAX_CHANGES: usize = 200;
 /// A constraint is violated when it fails by more than this, relative to the numbers it is made of.
-const FEASIBILITY: f64 = 1e-13;
+const FEASIBILITY: f64 = 1e-12;
 /// A constraint depends on the active ones when what is left of it, squared, is below this part of its whole.
 const DEPENDENT: f64 = 1e-24;
 

@@ -93,6 +93,12 @@ pub fn read_rows(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Row
         }
         [count, length] if length == n => {
             let mut rows = Vec::with_capacity(count * n);
+            if has_flags(&array, npyffi::NPY_ARRAY_ALIGNED | npyffi::NPY_ARRAY_C_CONTIGUOUS) {
+                // SAFETY: contiguous, aligned, alive while the GIL is held.
+                rows.extend_from_slice(unsafe { std::slice::from_raw_parts(data, count * n) });
+                check_finite(name, &rows)?;
+                return Ok(Rows::Many(rows));
+            }
             for i in 0..count {
                 for j in 0..n {
                     // SAFETY: as above.
@@ -134,6 +140,13 @@ pub fn read_matrix(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     }
 }
 
+/// Whether an array has all of numpy's flags given.
+#[inline(always)]
+fn has_flags(array: &Bound<'_, PyArrayDyn<f64>>, flags: std::ffi::c_int) -> bool {
+    // SAFETY: the pointer is that of a live array.
+    unsafe { (*array.as_array_ptr()).fields.flags & flags == flags }
+}
+
 /// A new array, or the caller's `out` after a check of its type, shape, order and writability.
 #[inline(always)]
 pub fn output<'py, const D: usize>(
@@ -156,10 +169,7 @@ pub fn output<'py, const D: usize>(
     if array.shape() != shape {
         return Err(wrong(shape_of(array.shape())));
     }
-    // SAFETY: the pointer is that of a live array.
-    let flags = unsafe { (*array.as_array_ptr()).fields.flags };
-    let needed = npyffi::NPY_ARRAY_WRITEABLE | npyffi::NPY_ARRAY_ALIGNED | npyffi::NPY_ARRAY_C_CONTIGUOUS;
-    if flags & needed != needed {
+    if !has_flags(array, npyffi::NPY_ARRAY_WRITEABLE | npyffi::NPY_ARRAY_ALIGNED | npyffi::NPY_ARRAY_C_CONTIGUOUS) {
         return Err(wrong("a read-only, unaligned or non-contiguous array".into()));
     }
     Ok(array.clone())
@@ -173,15 +183,35 @@ pub fn elements<'a>(array: &'a Bound<'_, PyArrayDyn<f64>>) -> &'a mut [f64] {
     unsafe { std::slice::from_raw_parts_mut(array.data(), array.len()) }
 }
 
+/// Runs `kernel` over chunks of postures and the chunks of the outputs that belong to them, each output with its numbers a posture: on every
+/// core when there are many.
+pub fn for_each_chunk<const K: usize>(
+    rows: &[f64],
+    n: usize,
+    mut outputs: [(&mut [f64], usize); K],
+    kernel: impl Fn(&[f64], [&mut [f64]; K]) + Sync,
+) {
+    if rows.len() / n < PARALLEL {
+        return kernel(rows, outputs.map(|(out, _)| out));
+    }
+    let mut chunks = Vec::with_capacity(rows.len() / (CHUNK * n) + 1);
+    for rows in rows.chunks(CHUNK * n) {
+        let count = rows.len() / n;
+        let parts = outputs.each_mut().map(|(rest, width)| {
+            let (head, tail) = std::mem::take(rest).split_at_mut(count * *width);
+            *rest = tail;
+            head
+        });
+        chunks.push((rows, parts));
+    }
+    chunks.into_par_iter().for_each(|(rows, parts)| kernel(rows, parts));
+}
+
 /// Runs `kernel` over rows of `n` numbers into cells of `cell` numbers each, on every core when there are many.
 pub fn for_each_row(rows: &[f64], n: usize, out: &mut [f64], cell: usize, kernel: impl Fn(&[f64], &mut [f64]) + Sync) {
-    if rows.len() / n < PARALLEL {
+    for_each_chunk(rows, n, [(out, cell)], |rows, [out]| {
         rows.chunks_exact(n).zip(out.chunks_exact_mut(cell)).for_each(|(q, out)| kernel(q, out));
-    } else {
-        rows.par_chunks(CHUNK * n).zip(out.par_chunks_mut(CHUNK * cell)).for_each(|(rows, out)| {
-            rows.chunks_exact(n).zip(out.chunks_exact_mut(cell)).for_each(|(q, out)| kernel(q, out));
-        });
-    }
+    });
 }
 
 /// Applies a kernel to one posture or to a batch; `cell` is the shape of one result.

@@ -4,6 +4,7 @@ mod array;
 mod custom;
 mod errors;
 mod index;
+mod objective;
 mod posture;
 mod robot;
 mod sqp;
@@ -18,8 +19,10 @@ mod _core {
 
     #[pymodule_export]
     use super::index::{
-        ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, PyObjective, SingularityParameter, SmallestSingularValue,
+        ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, SingularityParameter, SmallestSingularValue,
     };
+    #[pymodule_export]
+    use super::objective::PyObjective;
     #[pymodule_export]
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]

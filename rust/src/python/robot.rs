@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use super::array::{elements, map_rows, ok, output, read_any, read_list, read_matrix, read_vector, vector};
 use crate::error::Error;
-use crate::kinematics::{JacobianDerivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use crate::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::robot::{Convention, DhTable, Limits, Robot, parse_joints};
@@ -291,7 +291,7 @@ impl PyRobot {
         let robot = &*self.robot;
         let n = robot.n();
         fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-            JacobianDerivative::new(&jacobian::<C>(robot, q).1).write(out);
+            first_derivative(&jacobian::<C>(robot, q).1, out);
         }
         map_rows::<3, 4>(py, n, q, out, [6, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
     }

@@ -6,7 +6,7 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
 use super::array::{Rows, elements, ok, output, read_rows, read_vector, vector};
-use super::index::PyObjective;
+use super::objective::PyObjective;
 use super::robot::PyRobot;
 use super::task::PyTask;
 use crate::error::Error;
