@@ -97,16 +97,23 @@ def normalised(a: Matrix) -> Matrix:
 
 
 def pseudo_inverse(a: Matrix) -> Matrix:
-    """Return the columns of the inverse by modified Gram-Schmidt without square roots."""
-    o, reciprocal, u = [list(row) for row in a], [], [[ONE] * N for _ in range(N)]
+    """Return the columns of the inverse by modified Gram-Schmidt without square roots, every row orthogonalised twice."""
+    o, square, reciprocal = [list(row) for row in a], [], []
+    u = [[Number(0.0)] * N for _ in range(N)]
     for k in range(N):
-        reciprocal.append(ONE / dot(o[k], o[k]))
+        vector = list(o[k])
+        for j in range(k):
+            factor = dot(o[j], vector) * reciprocal[j]
+            u[j][k] = u[j][k] + factor
+            o[k] = sub(o[k], scale(factor, o[j]))
+        square.append(dot(o[k], o[k]))
+        reciprocal.append(ONE / square[k])
         for c in range(k + 1, N):
             u[k][c] = dot(o[k], o[c]) * reciprocal[k]
             o[c] = sub(o[c], scale(u[k][c], o[k]))
     p = o
     for k in reversed(range(N)):
-        p[k] = scale(reciprocal[k], p[k])
+        p[k] = [x / square[k] for x in p[k]]
         for j in range(k + 1, N):
             p[k] = sub(p[k], scale(u[k][j], p[j]))
     return p
@@ -118,9 +125,13 @@ def gram(a: Matrix) -> Matrix:
     return [[upper[min(r, c)][max(r, c)] for c in range(N)] for r in range(N)]
 
 
-def product_transposed(a: Matrix, b: Matrix) -> Matrix:
-    """Return a b'."""
-    return [[dot(a[r], b[c]) for c in range(N)] for r in range(N)]
+def omega_of(dj: Matrix, p: Matrix, k: int) -> Matrix:
+    """Return dJ_k P; the angular part of dJ_i/dq_k vanishes for i <= k."""
+    zero = Number(0.0)
+    columns = [range(k + 1, N) if r < 3 else range(N) for r in range(N)]
+    return [
+        [total([dj[r][i] * p[c][i] for i in columns[r]]) if columns[r] else zero for c in range(N)] for r in range(N)
+    ]
 
 
 def pull_back(w: Matrix, v: Matrix, y: Matrix) -> Vector:
@@ -210,9 +221,11 @@ def condition(jacobian: np.ndarray) -> tuple[Ledger, Number, Vector, Matrix]:
 
     w_pt = [[dot(weight[r], [p[j][i] for j in range(N)]) for i in range(N)] for r in range(N)]
     ledger.note("gradient", "W P'")
+    twice_factor = TWO * factor
+    for_jn, for_p = twice_factor * b, twice_factor * a
     y = []
     for i in range(N):
-        column = [TWO * factor * (b * jn[r][i] - a * w_pt[r][i]) for r in range(N)]
+        column = [for_jn * jn[r][i] - for_p * w_pt[r][i] for r in range(N)]
         y.append([Number(LENGTH) * x if r < 3 else x for r, x in enumerate(column)])
     ledger.note("gradient", "Y = d(kappa^2)/dJ")
     gradient = pull_back(w, v, y)
@@ -222,14 +235,14 @@ def condition(jacobian: np.ndarray) -> tuple[Ledger, Number, Vector, Matrix]:
     dj = [transposed([column if len(column) == 6 else [Number(0.0)] * 3 + column for column in part]) for part in dj]
     ledger.note("Hessian", "dJ/dq")
     dj = [normalised(part) for part in dj]
-    omega = [product_transposed(part, p) for part in dj]
+    omega = [omega_of(part, p, k) for k, part in enumerate(dj)]
     ledger.note("Hessian", "Omega_k = dJ_k P, k = 1..6")
     product = [[[dot(weight[r], column) for column in transposed(part)] for r in range(N)] for part in omega]
     twice = [[add(row, column) for row, column in zip(m, transposed(m), strict=True)] for m in product]
-    slopes = [trace(m) for m in product]
+    db = [-(TWO * trace(m)) for m in product]
     ledger.note("Hessian", "W Omega_k, its symmetric part and trace")
     second = [[Number(0.0)] * N for _ in range(N)]
-    da = [total([dot(scale(TWO, jn[r]), part[r]) for r in range(N)]) for part in dj]
+    da = [TWO * total([dot(jn[r], part[r]) for r in range(N)]) for part in dj]
     ledger.note("Hessian", "da_k = 2 <J_n, dJ_k>")
     for k in range(N):
         for l in range(k, N):  # noqa: E741
@@ -238,8 +251,8 @@ def condition(jacobian: np.ndarray) -> tuple[Ledger, Number, Vector, Matrix]:
             pairs += [(turned[r][c], omega[k][r][c]) for r in range(N) for c in range(N)]
             curvature = total([x * z for x, z in pairs])
             norms = total([dot(dj[k][r], dj[l][r]) for r in range(N)])
-            mixed = -TWO * (da[k] * slopes[l] + da[l] * slopes[k])
-            second[k][l] = factor * (TWO * b * norms + TWO * a * curvature + mixed)
+            mixed = da[k] * db[l] + da[l] * db[k]
+            second[k][l] = factor * (TWO * (a * curvature + b * norms) + mixed)
     ledger.note("Hessian", "second derivative along dJ_k, dJ_l, k <= l")
     pull_back_second(w, v, y, second)
     ledger.note("Hessian", "curvature of J, by a sweep")

@@ -170,8 +170,16 @@ class LimitBarrier(Objective):
 class CustomIndex(Objective):
     def __new__(cls, function: _IndexCallable) -> Self: ...
 
+_Projector = Literal["free", "full"] | tuple[Literal["line", "plane"], ArrayLike]
+
 @final
 class Task:
+    def __new__(
+        cls,
+        angular: _Projector = "full",
+        linear: _Projector = "full",
+        frame: Literal["tool", "base"] | ArrayLike = "tool",
+    ) -> Self: ...
     @staticmethod
     def axisymmetric(axis: ArrayLike = (0.0, 0.0, 1.0)) -> Task: ...
     @staticmethod
@@ -184,6 +192,209 @@ class Task:
     def axis(self) -> _F64: ...
     @property
     def dimension(self) -> int: ...
+    @property
+    def target_size(self) -> int: ...
+    def projector(self, robot: Robot, q: ArrayLike) -> _F64: ...
+    def redundancy(self, robot: Robot) -> tuple[int, int, int]: ...
+
+@final
+class PosturePull:
+    def __new__(
+        cls,
+        w: ArrayLike,
+        k: ArrayLike | None = None,
+        middle: ArrayLike | None = None,
+        threshold: float = 5.0,
+        length: float = 1.0,
+    ) -> Self: ...
+    @property
+    def w(self) -> _F64: ...
+    @property
+    def k(self) -> _F64 | None: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def length(self) -> float: ...
+
+@disjoint_base
+class RateSolver:
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def task(self) -> Task: ...
+    @property
+    def objective(self) -> Objective | PosturePull | None: ...
+    @property
+    def length(self) -> float: ...
+    def step(self, q: ArrayLike, twist: ArrayLike, out: _F64 | None = None) -> _F64: ...
+    @property
+    def step_status(self) -> str: ...
+    def reset(self) -> None: ...
+    def solve(
+        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
+    ) -> tuple[_F64, float, str, int]: ...
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[_F64, _F64, _F64, _F64, list[str], int]: ...
+    def with_objective(self, objective: Objective | PosturePull | None = None) -> RateSolver: ...
+
+@final
+class TwistDecomposition(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class ResolvedRate(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class GradientProjection(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class WeightedInverse(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class TaskPriority(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class Householder(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class Elimination(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
+
+@final
+class VirtualJoint(RateSolver):
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | PosturePull | None = None,
+        *,
+        scaling: Literal["gradient", "newton"] = "gradient",
+        gain: float = 1.0,
+        length: float | None = None,
+        damping: float = 1e-3,
+        dt: float = 1e-3,
+        limits: bool = True,
+        iterations: int = 20,
+        correct: bool = True,
+        tolerance: float = 1e-12,
+        weights: ArrayLike | None = None,
+    ) -> Self: ...
 
 @final
 class OrthogonalSQP:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._arrays import F64, checked
-from ._core import ConditionNumber, Objective, OrthogonalSQP, Robot, Task
+from ._core import ConditionNumber, Objective, OrthogonalSQP, PosturePull, Robot, Task
 from ._progress import progress as progress_bar
 from ._rows import rows_in_use
 from .posture import centred_turns, middle_posture
@@ -19,7 +19,7 @@ _CHUNK = 256
 
 
 class Solver(Protocol):
-    """What `follow` needs from a method of redundancy resolution; `OrthogonalSQP` is one."""
+    """What `follow` needs from a method of redundancy resolution; `OrthogonalSQP` and `TwistDecomposition` are."""
 
     @property
     def robot(self) -> Robot:
@@ -30,8 +30,8 @@ class Solver(Protocol):
         """The task."""
 
     @property
-    def objective(self) -> Objective:
-        """The objective."""
+    def objective(self) -> Objective | PosturePull | None:
+        """What the free motion is for."""
 
     def solve(
         self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 64, seed: int = 0
@@ -47,7 +47,7 @@ def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: 
 
     Parameters
     ----------
-    step : OrthogonalSQP
+    step : OrthogonalSQP, TwistDecomposition or another method
         The solver, with its robot, task and objective.
     path : Toolpath
         The path, N points.
@@ -83,7 +83,7 @@ def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: 
     q = _start(step, targets[0]) if q0 is None else checked("q0", q0, (step.robot.n,))
     parts = list(_chunks(step, targets, q, progress))
     q, value, position_error, axis_error = (np.concatenate([part[i] for part in parts]) for i in range(4))
-    length = step.objective.length or getattr(step, "length", None)
+    length = _length(step)
     return Trajectory(
         robot=step.robot,
         path=path,
@@ -135,6 +135,11 @@ def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[tuple[F6
             q = part[0][-1]
             advance(len(part[0]))
             yield part
+
+
+def _length(step: Solver) -> float | None:
+    objective = step.objective
+    return (objective.length if isinstance(objective, Objective) else None) or getattr(step, "length", None)
 
 
 def _condition_number(robot: Robot, q: F64, length: float | None) -> F64:

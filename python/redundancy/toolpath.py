@@ -110,17 +110,18 @@ class Toolpath:
         Returns
         -------
         ndarray
-            Axisymmetric: (N, 6), position [m] and axis; position: (N, 3); full: (N, 12), position and rotation by rows.
+            (N, 6), position [m] and axis, for an axisymmetric tool; (N, 3), position, where the rotation is free; else
+            (N, 12), position and rotation by rows.
 
         Raises
         ------
         InvalidValueError
-            If the task fixes the whole orientation and the path has no rotations.
+            If the task needs rotations and the path has none.
         """
-        kind = "axisymmetric" if task is None else task.kind
-        if kind == "position":
+        size = 6 if task is None else task.target_size
+        if size == 3:
             return self.position.copy()
-        if kind == "axisymmetric":
+        if size == 6:
             return np.hstack([self.position, self.axis])
         if self.rotation is None:
             raise InvalidValueError(

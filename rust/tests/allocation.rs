@@ -78,13 +78,13 @@ fn rows_for(n: usize) -> Rows {
 }
 
 fn tasks(n: usize) -> Vec<Task> {
-    let all = [Task::Position, Task::axisymmetric([0.0, 0.0, 1.0]).unwrap(), Task::Full];
+    let all = [Task::POSITION, Task::axisymmetric([0.0, 0.0, 1.0]).unwrap(), Task::FULL];
     all.into_iter().filter(|task| task.dimension() <= n).collect()
 }
 
 fn target_at<const C: usize>(robot: &Robot, q: &[f64]) -> Target {
     let tool = forward::<C>(robot, q);
-    Target { position: tool.origin, axis: tool.axes[2], rotation: tool.axes }
+    Target { position: tool.origin, axis: Some(tool.axes[2]), frame: tool.axes }
 }
 
 fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {

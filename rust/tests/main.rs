@@ -9,5 +9,6 @@ mod derivatives;
 mod linalg;
 mod optimize;
 mod oracle;
+mod rate;
 mod robustness;
 mod solve;

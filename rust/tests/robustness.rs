@@ -34,7 +34,7 @@ fn objectives(n: usize) -> Vec<Objective> {
 
 fn solvers(robot: &Arc<Robot>, objectives: &[Objective]) -> Vec<OrthogonalSqp> {
     let mut out = Vec::new();
-    for task in [Task::axisymmetric([0.3, -0.2, 1.0]).unwrap(), Task::Position, Task::Full] {
+    for task in [Task::axisymmetric([0.3, -0.2, 1.0]).unwrap(), Task::POSITION, Task::FULL] {
         if task.dimension() > robot.n() {
             continue;
         }
@@ -83,8 +83,8 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     let twist: [f64; 6] = std::array::from_fn(|i| number(i, other));
     let target = Target {
         position: std::array::from_fn(|i| number(i, other)),
-        axis: std::array::from_fn(|i| number(i, other)),
-        rotation: std::array::from_fn(|c| std::array::from_fn(|r| number(3 * c + r, culprit))),
+        axis: Some(std::array::from_fn(|i| number(i, other))),
+        frame: std::array::from_fn(|c| std::array::from_fn(|r| number(3 * c + r, culprit))),
     };
     let rates: Vec<f64> = (0..n).map(|i| number(i, culprit)).collect();
 
@@ -102,10 +102,10 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     let evaluated = evaluate::<C>(objective, robot, &q, Order::Hessian, rng.below(2) == 0);
     evaluate::<C>(objective, robot, &q, Order::Value, false);
 
-    let task = [Task::Full, Task::Position, Task::Axisymmetric([0.0, 0.6, 0.8])][rng.below(3)];
+    let task = [Task::FULL, Task::POSITION, Task::axisymmetric([0.0, 0.6, 0.8]).unwrap()][rng.below(3)];
     for at in [&frame, &tool] {
         task.error(at, &target);
-        Task::Full.error(at, &target);
+        Task::FULL.error(at, &target);
     }
     let mut moved = q.clone();
     reach::<C>(robot, &task, &target, 0.5, &mut moved, 1e-9, 4);
@@ -287,7 +287,7 @@ proptest! {
 fn rates_without_limits_are_finite() {
     let robot = Arc::new(iiwa());
     let settings = Settings { length: 0.5, exact_hessian: true, gain: 1.0, dt: 1e-3, limits: false, tolerance: 1e-9, max_iterations: 10 };
-    let solver = OrthogonalSqp::new(robot, Task::Full, objectives(7).remove(0), settings).unwrap();
+    let solver = OrthogonalSqp::new(robot, Task::FULL, objectives(7).remove(0), settings).unwrap();
     let mut rates = [0.0; 7];
     step::<8>(&solver, &[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9], &[f64::MAX, 0.0, 0.0, 0.0, 0.0, 0.0], &mut rates);
     assert!(rates.iter().all(|x| x.is_finite()), "{rates:?}");

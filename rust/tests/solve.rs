@@ -31,14 +31,14 @@ fn sqp(robot: Robot, task: Task, objective: Objective, settings: Settings) -> Or
 }
 
 fn start_of_helix() -> Target {
-    Target { position: [1.05, 1.0, 0.0], axis: [1.0, 0.0, 0.0], rotation: [[0.0; 3]; 3] }
+    Target { position: [1.05, 1.0, 0.0], axis: Some([1.0, 0.0, 0.0]), frame: [[0.0; 3]; 3] }
 }
 
 /// Where the robot is at `q`, as a target of every kind.
 fn target_at(robot: &Robot, q: &[f64], task: &Task) -> Target {
     let tool = forward::<16>(robot, q);
-    let axis = if let Task::Axisymmetric(axis) = task { tool.rotate(*axis) } else { tool.axes[2] };
-    Target { position: tool.origin, axis, rotation: tool.axes }
+    let axis = Some(task.spin_axis().map_or(tool.axes[2], |axis| tool.rotate(axis)));
+    Target { position: tool.origin, axis, frame: tool.axes }
 }
 
 fn on_target(solver: &OrthogonalSqp, target: &Target, solution: &Solution) {
@@ -143,11 +143,11 @@ fn solutions_are_local_minima_along_the_spin() {
 #[test]
 fn other_tasks() {
     for (robot, task) in [
-        (fanuc(), Task::Position),
-        (iiwa(), Task::Full),
+        (fanuc(), Task::POSITION),
+        (iiwa(), Task::FULL),
         (iiwa(), milling()),
-        (iiwa(), Task::Position),
-        (Rng(8).robot(8, false, 8), Task::Full),
+        (iiwa(), Task::POSITION),
+        (Rng(8).robot(8, false, 8), Task::FULL),
     ] {
         let n = robot.n();
         let solver = sqp(robot.clone(), task, condition(0.4), Settings { max_iterations: 300, ..settings() });
@@ -181,9 +181,9 @@ fn other_tasks() {
 #[test]
 fn full_task_of_six_joints() {
     let robot = fanuc();
-    let solver = sqp(robot.clone(), Task::Full, condition(LENGTH), settings());
+    let solver = sqp(robot.clone(), Task::FULL, condition(LENGTH), settings());
     let q = [0.4, 0.2, 0.3, 0.5, 0.7, -0.3];
-    let target = target_at(&robot, &q, &Task::Full);
+    let target = target_at(&robot, &q, &Task::FULL);
     let solution = solver.solve::<6>(&target, &q.map(|x| x + 0.05));
     assert_eq!(solution.status, SolveStatus::Converged);
     assert!(crate::common::distance(&solution.q[..6], &q) < 1e-8);

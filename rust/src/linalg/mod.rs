@@ -5,6 +5,7 @@
 
 pub mod cholesky;
 pub mod frame;
+pub mod householder;
 pub mod orthogonal;
 pub mod real;
 pub mod svd;

@@ -121,6 +121,26 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         product
     }
 
+    /// The shortest x with `A x = b`: `O diag(1/s) U^-T b`.
+    #[inline(always)]
+    pub fn solve(&self, b: &Row6<T>) -> [T; C] {
+        let mut x = [T::ZERO; C];
+        let mut left = *b;
+        for k in 0..self.m {
+            for j in 0..k {
+                let known = left[j];
+                left[k] -= self.u[j][k] * known;
+            }
+        }
+        for k in 0..self.m {
+            let factor = left[k] / self.square[k];
+            for i in 0..C {
+                x[i] += factor * self.o[k][i];
+            }
+        }
+        x
+    }
+
     /// `P = A^+` by columns: m of n numbers.
     #[inline(always)]
     pub fn pseudo_inverse(&self) -> Rows6<C, T> {

@@ -6,6 +6,7 @@ mod errors;
 mod index;
 mod objective;
 mod posture;
+mod rate;
 mod robot;
 mod sqp;
 mod task;
@@ -25,6 +26,11 @@ mod _core {
     use super::objective::PyObjective;
     #[pymodule_export]
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
+    #[pymodule_export]
+    use super::rate::{
+        Elimination, GradientProjection, Householder, PyPosturePull, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition,
+        VirtualJoint, WeightedInverse,
+    };
     #[pymodule_export]
     use super::robot::PyRobot;
     #[pymodule_export]

@@ -55,7 +55,7 @@ pub struct PyOrthogonalSqp {
     last: AtomicU8,
 }
 
-fn status_name(status: SolveStatus) -> &'static str {
+pub fn status_name(status: SolveStatus) -> &'static str {
     match status {
         SolveStatus::Converged => "converged",
         SolveStatus::OnTarget => "on target",

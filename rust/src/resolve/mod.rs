@@ -2,8 +2,16 @@
 
 mod newton_step;
 mod orthogonal_sqp;
+mod rate;
+mod rate_solver;
+mod redundancy;
+mod secondary;
 mod solve;
 
 pub use newton_step::{Bounds, Known, NewtonStep, StepStatus, newton_step};
 pub use orthogonal_sqp::{OrthogonalSqp, Settings};
+pub use rate::{Method, Situation};
+pub use rate_solver::{RateSettings, RateSolver, RateStatus};
+pub use redundancy::degrees_of_redundancy;
+pub use secondary::{Memory, PosturePull, Scaling, Secondary};
 pub use solve::{PathPoint, Solution, SolveStatus};

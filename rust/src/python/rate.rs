@@ -1,0 +1,505 @@
+//! `redundancy.TwistDecomposition` and its rivals: one base class, a subclass for each method.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Mutex, MutexGuard};
+
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use super::array::{Rows, elements, ok, output, read_list, read_rows, read_vector, vector};
+use super::objective::PyObjective;
+use super::robot::PyRobot;
+use super::sqp::status_name;
+use super::task::PyTask;
+use crate::error::Error;
+use crate::linalg::{MAX_JOINTS, Row6};
+use crate::resolve::{Memory, Method, PosturePull, RateSettings, RateSolver, RateStatus, Scaling, Secondary, Solution, SolveStatus};
+use crate::robot::Robot;
+use crate::task::Target;
+use crate::with_capacity;
+
+/// Huo's secondary task (Huo 2009, eq. 3.17, 3.31, 4.9, 4.12): the pull of the middle posture, and of the posture where the parameter of
+/// singularity w_ps was last acceptable: ``h = w * (middle - q) + k * w_ps * (q_s - q)``, the second part while ``w_ps >= threshold``.
+///
+/// Parameters
+/// ----------
+/// w : array_like, shape (n,)
+///     Weights of the pull to the middle.
+/// k : array_like, shape (n,), optional
+///     Weights of the pull away from singularity; none if not given.
+/// middle : array_like, shape (n,), optional
+///     The middle posture [rad or m]; that of the joint ranges (0 for joints without) if not given.
+/// threshold : float
+///     Value of w_ps at which the second part sets in.
+/// length : float
+///     Length of the Jacobian for w_ps [m]; the source uses 1.
+///
+/// Raises
+/// ------
+/// NonFiniteError
+///     If a weight is not finite.
+/// InvalidValueError
+///     If the threshold or the length is not positive.
+///
+/// Notes
+/// -----
+/// At a singularity w_ps counts as 1e6; the motion is cut at 0.3 rad or m a joint.
+#[pyclass(name = "PosturePull", frozen, module = "redundancy._core")]
+pub struct PyPosturePull {
+    w: Vec<f64>,
+    k: Option<Vec<f64>>,
+    middle: Option<Vec<f64>>,
+    #[pyo3(get)]
+    threshold: f64,
+    #[pyo3(get)]
+    length: f64,
+}
+
+#[pymethods]
+impl PyPosturePull {
+    #[new]
+    #[pyo3(signature = (w, k=None, middle=None, threshold=5.0, length=1.0))]
+    fn new(
+        w: &Bound<'_, PyAny>,
+        k: Option<&Bound<'_, PyAny>>,
+        middle: Option<&Bound<'_, PyAny>>,
+        threshold: f64,
+        length: f64,
+    ) -> PyResult<Self> {
+        let list = |name: &str, values: &Bound<'_, PyAny>| -> PyResult<Vec<f64>> {
+            let values = read_list(name, values)?;
+            ok(crate::error::check_finite(name, &values))?;
+            Ok(values)
+        };
+        ok(crate::error::check_positive("threshold", threshold))?;
+        ok(crate::error::check_positive("length", length))?;
+        let k = k.map(|k| list("k", k)).transpose()?;
+        let middle = middle.map(|middle| list("middle", middle)).transpose()?;
+        Ok(Self { w: list("w", w)?, k, middle, threshold, length })
+    }
+
+    /// Weights of the pull to the middle, shape (n,).
+    #[getter]
+    fn w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.w)
+    }
+
+    /// Weights of the pull away from singularity, shape (n,), or None.
+    #[getter]
+    fn k<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.k.as_ref().map(|k| vector(py, k))
+    }
+}
+
+impl PyPosturePull {
+    fn pull(&self, robot: &Robot) -> PyResult<PosturePull> {
+        let n = robot.n();
+        let none = vec![0.0; n];
+        let ranges: Vec<f64> = (0..n).map(|i| robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle)).collect();
+        let (k, middle) = (self.k.as_ref().unwrap_or(&none), self.middle.as_ref().unwrap_or(&ranges));
+        ok(PosturePull::new(robot, &self.w, k, middle, self.threshold, self.length))
+    }
+}
+
+fn scaling(name: &str) -> PyResult<Scaling> {
+    match name {
+        "gradient" => Ok(Scaling::Gradient),
+        "newton" => Ok(Scaling::Newton),
+        _ => Err(Error::value("scaling", format!("{name:?}"), "\"gradient\" or \"newton\"").into()),
+    }
+}
+
+fn secondary(objective: Option<&Bound<'_, PyAny>>, robot: &Robot, scaling: Scaling) -> PyResult<Secondary> {
+    let Some(objective) = objective else { return Ok(Secondary::None) };
+    if let Ok(objective) = objective.cast::<PyObjective>() {
+        return Ok(Secondary::Objective(objective.get().objective.clone(), scaling));
+    }
+    match objective.cast::<PyPosturePull>() {
+        Ok(pull) => Ok(Secondary::Pull(pull.get().pull(robot)?)),
+        Err(_) => {
+            Err(PyTypeError::new_err(format!("objective: got {}, expected an Objective, a PosturePull or None", objective.get_type())))
+        }
+    }
+}
+
+/// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
+/// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
+#[pyclass(name = "RateSolver", subclass, frozen, module = "redundancy._core")]
+pub struct PyRateSolver {
+    solver: RateSolver,
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Option<Py<PyAny>>,
+    scaling: Scaling,
+    memory: Mutex<(Memory, [f64; MAX_JOINTS])>,
+    last: AtomicU8,
+}
+
+fn rate<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &mut Memory, out: &mut [f64]) -> RateStatus {
+    solver.step::<C>(q, twist, memory, out)
+}
+
+fn solve<const C: usize>(solver: &RateSolver, target: &Target, q: &[f64]) -> Solution {
+    solver.solve::<C>(target, q, &mut Memory::default())
+}
+
+fn best<const C: usize>(solver: &RateSolver, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+    solver.solve_best::<C>(target, starts, seed)
+}
+
+fn follow<const C: usize>(solver: &RateSolver, targets: &[Target], q: &[f64], memory: &mut Memory) -> Vec<Solution> {
+    let mut points = Vec::with_capacity(targets.len());
+    solver.follow::<C>(targets, q, memory, |point| points.push(*point));
+    points
+}
+
+impl PyRateSolver {
+    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
+        let mut buffer = [0.0; MAX_JOINTS];
+        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
+        Ok(buffer)
+    }
+
+    fn remembered(&self) -> MutexGuard<'_, (Memory, [f64; MAX_JOINTS])> {
+        // What a panic of another thread left is still a posture.
+        self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        match self.objective.as_ref().and_then(|objective| objective.bind(py).cast::<PyObjective>().ok()) {
+            Some(objective) => objective.get().check(),
+            None => Ok(()),
+        }
+    }
+}
+
+#[pymethods]
+impl PyRateSolver {
+    /// The robot.
+    #[getter]
+    fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
+        self.robot.clone_ref(py)
+    }
+
+    /// The task that is followed: `Task.full()` for `ResolvedRate`.
+    #[getter]
+    fn task(&self, py: Python<'_>) -> Py<PyTask> {
+        self.task.clone_ref(py)
+    }
+
+    /// The secondary task: an Objective, a PosturePull or None.
+    #[getter]
+    fn objective(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.objective.as_ref().map(|objective| objective.clone_ref(py))
+    }
+
+    /// Length that weighs angles against distances [m].
+    #[getter]
+    fn length(&self) -> f64 {
+        self.solver.settings().length
+    }
+
+    /// Joint rates of one control tick.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// twist : array_like, shape (6,)
+    ///     Desired twist [omega; v] of the tool point in the base frame [rad/s, m/s]; its free components are not looked at, but by
+    ///     `ResolvedRate` (which follows them) and `TaskPriority` (as far as the first task and the arm allow).
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits (all joints slowed down together) and never across a position
+    ///     limit within ``dt``. `step_status` tells how they came about.
+    ///
+    /// Notes
+    /// -----
+    /// Where the shortest orthogonal row of the method's matrix is below ``damping`` times the longest, the step is damped. No allocation but that
+    /// of the result.
+    #[pyo3(signature = (q, twist, out=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        twist: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let q = self.posture("q", q)?;
+        let mut desired = [0.0; 6];
+        read_vector("twist", twist, 6, &mut desired)?;
+        let array = output(py, out, [n])?;
+        // Taken out, not held: a Python objective may let another thread in.
+        let mut memory = self.remembered().0;
+        let status = with_capacity!(self.solver.columns(), rate(&self.solver, &q[..n], &desired, &mut memory, elements(&array)));
+        self.remembered().0 = memory;
+        self.check(py)?;
+        self.last.store(status as u8, Ordering::Relaxed);
+        Ok(array)
+    }
+
+    /// How the last `step` came about: "regular", "damped", "task only" (the secondary task could not be evaluated) or "limited".
+    #[getter]
+    fn step_status(&self) -> &'static str {
+        ["regular", "damped", "task only", "limited"][usize::from(self.last.load(Ordering::Relaxed)) & 3]
+    }
+
+    /// Forgets the posture that a `PosturePull` remembers.
+    fn reset(&self) {
+        *self.remembered() = (Memory::default(), [f64::NAN; MAX_JOINTS]);
+    }
+
+    /// A posture on a target (Huo 2009, algorithm 3.1).
+    ///
+    /// Parameters
+    /// ----------
+    /// target : array_like
+    ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
+    ///     rows.
+    /// q0 : array_like, shape (n,), optional
+    ///     Start; if not given, the best of ``starts`` random postures: least objective, or nearest to the middle of the ranges.
+    /// starts, seed : int
+    ///     Number and seed of the random starts.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (n,)
+    ///     Joint coordinates; the nearest found when unreachable (NaN when no start came near).
+    /// value : float
+    ///     Objective there, NaN without.
+    /// status : str
+    ///     "on target" or "unreachable".
+    /// iterations : int
+    ///     Steps.
+    #[pyo3(signature = (target, q0=None, starts=24, seed=0))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        target: &Bound<'py, PyAny>,
+        q0: Option<&Bound<'py, PyAny>>,
+        starts: usize,
+        seed: u64,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &'static str, usize)> {
+        let width = PyTask::width(self.solver.task());
+        let mut row = [0.0; MAX_JOINTS];
+        read_vector("target", target, width, &mut row)?;
+        let target = ok(PyTask::target(self.solver.task(), &row))?;
+        let (n, columns) = (self.solver.robot().n(), self.solver.columns());
+        let solver = &self.solver;
+        let solution = match q0 {
+            Some(q0) => {
+                let q = self.posture("q0", q0)?;
+                Some(py.detach(|| with_capacity!(columns, solve(solver, &target, &q[..n]))))
+            }
+            None => py.detach(|| with_capacity!(columns, best(solver, &target, starts, seed))),
+        };
+        self.check(py)?;
+        Ok(match solution {
+            Some(s) => (vector(py, &s.q[..n]), s.value, status_name(s.status), s.iterations),
+            None => (vector(py, &[f64::NAN; MAX_JOINTS][..n]), f64::NAN, status_name(SolveStatus::Unreachable), 0),
+        })
+    }
+
+    /// Along some targets, each solved from the posture of the one before.
+    ///
+    /// Parameters
+    /// ----------
+    /// targets : array_like, shape (N, k)
+    ///     Targets as for `solve`.
+    /// q0 : array_like, shape (n,)
+    ///     Start. Where it is the end of the last chunk, the posture that a `PosturePull` remembers is kept.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (N, n)
+    ///     Joint coordinates.
+    /// value, position_error, axis_error : ndarray, shape (N,)
+    ///     Objective, distance [m] and angle [rad] to the targets.
+    /// statuses : list of str
+    ///     As for `solve`.
+    /// iterations : int
+    ///     Steps altogether.
+    fn follow_chunk<'py>(
+        &self,
+        py: Python<'py>,
+        targets: &Bound<'py, PyAny>,
+        q0: &Bound<'py, PyAny>,
+    ) -> PyResult<(
+        Bound<'py, PyArrayDyn<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Vec<&'static str>,
+        usize,
+    )> {
+        let width = PyTask::width(self.solver.task());
+        let rows = match read_rows("targets", targets, width)? {
+            Rows::Many(rows) => rows,
+            Rows::One(row) => row[..width].to_vec(),
+        };
+        let targets: Vec<Target> =
+            rows.chunks_exact(width).map(|row| ok(PyTask::target(self.solver.task(), row))).collect::<PyResult<_>>()?;
+        let q = self.posture("q0", q0)?;
+        let (n, columns) = (self.solver.robot().n(), self.solver.columns());
+        let (mut memory, end) = *self.remembered();
+        if end[..n] != q[..n] {
+            memory = Memory::default();
+        }
+        let solver = &self.solver;
+        let points = py.detach(|| with_capacity!(columns, follow(solver, &targets, &q[..n], &mut memory)));
+        *self.remembered() = (memory, points.last().map_or(q, |point| point.q));
+        self.check(py)?;
+        let array = output(py, None, [points.len(), n])?;
+        for (row, point) in elements(&array).chunks_exact_mut(n).zip(&points) {
+            row.copy_from_slice(&point.q[..n]);
+        }
+        let column = |f: fn(&Solution) -> f64| vector(py, &points.iter().map(f).collect::<Vec<_>>());
+        let statuses = points.iter().map(|p| status_name(p.status)).collect();
+        let iterations = points.iter().map(|p| p.iterations).sum();
+        Ok((array, column(|p| p.value), column(|p| p.position_error), column(|p| p.angle_error), statuses, iterations))
+    }
+
+    /// The same solver with another secondary task: an Objective, a PosturePull or None.
+    #[pyo3(signature = (objective=None))]
+    fn with_objective(&self, py: Python<'_>, objective: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let solver = ok(self.solver.with_secondary(secondary(objective, self.solver.robot(), self.scaling)?))?;
+        Ok(Self {
+            solver,
+            robot: self.robot.clone_ref(py),
+            task: self.task.clone_ref(py),
+            objective: objective.map(|objective| objective.clone().unbind()),
+            scaling: self.scaling,
+            memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])),
+            last: AtomicU8::new(0),
+        })
+    }
+}
+
+struct Arguments<'a, 'py> {
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Option<&'a Bound<'py, PyAny>>,
+    scaling: &'a str,
+    length: Option<f64>,
+    weights: Option<&'a Bound<'py, PyAny>>,
+    settings: RateSettings,
+}
+
+fn make(py: Python<'_>, method: Method, given: Arguments<'_, '_>) -> PyResult<PyRateSolver> {
+    let core = given.robot.get().robot.clone();
+    let own = given.objective.and_then(|objective| objective.cast::<PyObjective>().ok()).and_then(|o| o.get().objective.length());
+    let settings = RateSettings { length: given.length.or(own).unwrap_or(1.0), ..given.settings };
+    let scaling = scaling(given.scaling)?;
+    let secondary = secondary(given.objective, &core, scaling)?;
+    let weights = given.weights.map(|weights| read_list("weights", weights)).transpose()?;
+    let solver = ok(RateSolver::new(core, given.task.get().task, method, secondary, weights.as_deref(), settings))?;
+    let task = if *solver.task() == given.task.get().task { given.task } else { Py::new(py, PyTask { task: *solver.task() })? };
+    Ok(PyRateSolver {
+        solver,
+        robot: given.robot,
+        task,
+        objective: given.objective.map(|objective| objective.clone().unbind()),
+        scaling,
+        memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])),
+        last: AtomicU8::new(0),
+    })
+}
+
+macro_rules! methods {
+    ($($(#[$doc:meta])* $name:ident = $method:ident;)*) => {
+        $(
+            $(#[$doc])*
+            ///
+            /// Parameters
+            /// ----------
+            /// robot : Robot
+            ///     The robot.
+            /// task : Task
+            ///     What the tool has to do.
+            /// objective : Objective or PosturePull, optional
+            ///     The secondary task; the shortest motion if not given.
+            /// scaling : {"gradient", "newton"}
+            ///     How the gradient of an Objective becomes a motion: as it is, or as a Newton step in the redundant subspace.
+            /// gain : float
+            ///     Factor of the secondary motion: 1/s in `step`, a plain factor in an iteration of `solve` and `follow_chunk`.
+            /// length : float, optional
+            ///     Weighs angles against distances [m]. The objective's length, or 1, if not given.
+            /// damping : float
+            ///     Ratio of shortest to longest orthogonal row below which a system is solved with damping.
+            /// dt : float
+            ///     Length of a control tick [s].
+            /// limits : bool
+            ///     Whether `step` keeps position and speed limits, and random starts those of position.
+            /// iterations : int
+            ///     Iterations a target with the secondary task.
+            /// correct : bool
+            ///     Whether iterations of the task alone follow until its error is below the tolerance.
+            /// tolerance : float
+            ///     That tolerance [rad, and m over length].
+            /// weights : array_like, shape (n,), optional
+            ///     Weights of the joints, for `WeightedInverse`; those of Chan and Dubey (1995) if not given.
+            ///
+            /// Raises
+            /// ------
+            /// InvalidValueError
+            ///     If a setting is out of its domain.
+            /// ShapeError
+            ///     If the weights do not fit the robot.
+            #[pyclass(extends = PyRateSolver, frozen, module = "redundancy._core")]
+            pub struct $name;
+
+            #[pymethods]
+            impl $name {
+                #[new]
+                #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
+                                    iterations=20, correct=true, tolerance=1e-12, weights=None))]
+                fn new(
+                    py: Python<'_>,
+                    robot: Py<PyRobot>,
+                    task: Py<PyTask>,
+                    objective: Option<&Bound<'_, PyAny>>,
+                    scaling: &str,
+                    gain: f64,
+                    length: Option<f64>,
+                    damping: f64,
+                    dt: f64,
+                    limits: bool,
+                    iterations: usize,
+                    correct: bool,
+                    tolerance: f64,
+                    weights: Option<&Bound<'_, PyAny>>,
+                ) -> PyResult<PyClassInitializer<Self>> {
+                    let settings = RateSettings { length: 1.0, gain, damping, dt, limits, iterations, correct, tolerance };
+                    let given = Arguments { robot, task, objective, scaling, length, weights, settings };
+                    Ok(PyClassInitializer::from(make(py, Method::$method, given)?).add_subclass(Self))
+                }
+            }
+        )*
+    };
+}
+
+methods! {
+    /// Twist decomposition (Huo 2009, eq. 3.8): ``J^+ T t + J^+ (1 - T) J h``, and what the null space of J takes of h, so that functional and
+    /// intrinsic redundancy are resolved together.
+    TwistDecomposition = TwistDecomposition;
+    /// Resolved rate without resolution (Huo 2009, eq. 2.24): ``J^+ t``, every component of the twist.
+    ResolvedRate = ResolvedRate;
+    /// Generalised inverse with gradient projection (Huo 2009, eq. 2.25) on the task's own Jacobian.
+    GradientProjection = GradientProjection;
+    /// Weighted generalised inverse (Huo 2009, eq. 2.38, 2.39).
+    WeightedInverse = WeightedInverse;
+    /// Task priority (Huo 2009, eq. 2.37): the free components of the twist second, the objective last.
+    TaskPriority = TaskPriority;
+    /// Householder scheme (Huo 2009, eq. 2.44 to 2.50): gradient projection without a generalised inverse.
+    Householder = Householder;
+    /// Elimination of the free velocities (Huo 2009, eq. 2.74, 2.75).
+    Elimination = Elimination;
+    /// Virtual joint along every free direction (Huo 2009, eq. 2.76 to 2.79).
+    VirtualJoint = VirtualJoint;
+}

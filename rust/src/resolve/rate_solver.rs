@@ -1,0 +1,340 @@
+//! The methods of the rate level as objects: one control tick, a pose, a path (Huo 2009, algorithm 3.1).
+
+use std::sync::Arc;
+
+use super::rate::{Method, Situation};
+use super::secondary::{Memory, Secondary};
+use super::solve::{Solution, SolveStatus};
+use crate::error::{Error, Result, check_finite, check_positive};
+use crate::inverse::{Postures, reach};
+use crate::kinematics::{forward, jacobian};
+use crate::linalg::vector::{halves, norm};
+use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::robot::{Limits, Robot};
+use crate::task::{Target, Task};
+
+/// Largest motion of a joint in one iteration towards a target [rad or m].
+const LARGEST_MOTION: f64 = 0.5;
+/// Iterations that bring the tool back onto its target at most.
+const CORRECTIONS: usize = 100;
+/// Iterations of the way to a target from a random posture.
+const REACH_ITERATIONS: usize = 60;
+/// Error of a posture that counts as on target [rad, m].
+const ON_TARGET: f64 = 1e-9;
+
+/// Settings of [`RateSolver`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateSettings {
+    /// Length that weighs angles against distances [m].
+    pub length: f64,
+    /// What multiplies the secondary motion: 1/s in a tick, a plain factor in an iteration.
+    pub gain: f64,
+    /// Below this ratio of the shortest to the longest orthogonal row systems are solved with damping.
+    pub damping: f64,
+    /// Length of a control tick [s].
+    pub dt: f64,
+    /// Whether a tick keeps position and speed limits.
+    pub limits: bool,
+    /// Iterations a target with the secondary task.
+    pub iterations: usize,
+    /// Whether iterations of the task alone follow until its error is below the tolerance.
+    pub correct: bool,
+    /// That tolerance: rad, and m over the length.
+    pub tolerance: f64,
+}
+
+impl RateSettings {
+    fn check(&self) -> Result<()> {
+        for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
+            check_positive(name, value)?;
+        }
+        if !(self.gain >= 0.0 && self.gain.is_finite()) {
+            return Err(Error::value("gain", self.gain, "a finite number of at least 0"));
+        }
+        if !(self.damping > 0.0 && self.damping < 1.0) {
+            return Err(Error::value("damping", self.damping, "a number between 0 and 1"));
+        }
+        if self.iterations == 0 {
+            return Err(Error::value("iterations", 0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// How a step came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RateStatus {
+    /// Task and secondary task as wanted.
+    Regular,
+    /// Nearly singular: damped.
+    Damped,
+    /// The secondary task could not be evaluated: task only.
+    TaskOnly,
+    /// Slowed down, or stopped at a limit.
+    Limited,
+}
+
+/// A method with its robot, task and secondary task.
+#[derive(Debug, Clone)]
+pub struct RateSolver {
+    robot: Arc<Robot>,
+    task: Task,
+    method: Method,
+    secondary: Secondary,
+    weights: Option<[f64; MAX_JOINTS]>,
+    settings: RateSettings,
+}
+
+/// One motion and how it came about.
+struct Motion<const C: usize> {
+    dq: [f64; C],
+    damped: bool,
+    complete: bool,
+}
+
+impl RateSolver {
+    /// A solver; `weights` are those of [`Method::WeightedInverse`], one positive number a joint, from the distance to the limits if not given.
+    pub fn new(
+        robot: Arc<Robot>,
+        task: Task,
+        method: Method,
+        secondary: Secondary,
+        weights: Option<&[f64]>,
+        settings: RateSettings,
+    ) -> Result<Self> {
+        settings.check()?;
+        let n = robot.n();
+        // Without resolution every component of the twist is followed.
+        let task = if method == Method::ResolvedRate { Task::FULL } else { task };
+        let columns = n + method.extra_columns(&task);
+        if columns > MAX_JOINTS {
+            return Err(Error::value("robot", format!("{n} joints and {} virtual ones", columns - n), &format!("at most {MAX_JOINTS}")));
+        }
+        if let Secondary::Objective(objective, _) = &secondary {
+            objective.check(&robot)?;
+        }
+        let weights = match weights {
+            None => None,
+            Some(values) if values.len() != n => return Err(Error::length("weights", values.len(), n)),
+            Some(values) => {
+                check_finite("weights", values)?;
+                for value in values {
+                    check_positive("weights", *value)?;
+                }
+                Some(std::array::from_fn(|i| values.get(i).copied().unwrap_or(1.0)))
+            }
+        };
+        Ok(Self { robot, task, method, secondary, weights, settings })
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// The task that is followed.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &RateSettings {
+        &self.settings
+    }
+
+    /// Joints, and virtual joints of the method: the capacity that its kernels need.
+    pub fn columns(&self) -> usize {
+        self.robot.n() + self.method.extra_columns(&self.task)
+    }
+
+    /// The same with another secondary task.
+    pub fn with_secondary(&self, secondary: Secondary) -> Result<Self> {
+        if let Secondary::Objective(objective, _) = &secondary {
+            objective.check(&self.robot)?;
+        }
+        Ok(Self { secondary, ..self.clone() })
+    }
+
+    /// The weights of Chan and Dubey (1995): 1 in the middle of a range, without bound towards its ends.
+    #[inline(always)]
+    fn weights_at<const C: usize>(&self, q: &[f64]) -> [f64; C] {
+        let mut out = [1.0; C];
+        if self.method != Method::WeightedInverse {
+            return out;
+        }
+        for i in 0..q.len() {
+            out[i] = match (&self.weights, self.robot.limits().middle_and_half(i)) {
+                (Some(weights), _) => weights[i],
+                (None, Some((middle, half))) => {
+                    let x = ((q[i] - middle) / half).clamp(-0.999_999, 0.999_999);
+                    1.0 + (x / (1.0 - x * x).powi(2)).abs() / half
+                }
+                (None, None) => 1.0,
+            };
+        }
+        out
+    }
+
+    /// The motion for the twist [w; v] at a posture, with `gain` times the secondary motion.
+    #[inline(always)]
+    fn motion<const C: usize>(
+        &self,
+        q: &[f64],
+        twist: impl FnOnce(&crate::linalg::frame::Frame) -> Row6,
+        gain: f64,
+        memory: &mut Memory,
+    ) -> Motion<C> {
+        let (tool, columns) = jacobian::<C>(&self.robot, q);
+        let weights = self.weights_at::<C>(q);
+        let (length, damping) = (self.settings.length, self.settings.damping);
+        let at = Situation { task: &self.task, tool: &tool, jacobian: &columns, length, damping, weights: &weights };
+        let (mut h, mut complete) = ([0.0; C], true);
+        if gain > 0.0 && self.method != Method::ResolvedRate {
+            let directions = self.task.directions(&tool, length);
+            (h, complete) = self.secondary.motion(&self.robot, q, &columns, &directions, memory);
+            h = h.map(|x| gain * x);
+        }
+        let (w, v) = halves(&twist(&tool));
+        let (dq, damped) = self.method.motion(&at, w, v, &h);
+        Motion { dq, damped, complete }
+    }
+
+    /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
+    /// task. Never NaN; with limits, never faster than they allow nor across one within the tick.
+    #[inline(never)]
+    pub fn step<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> RateStatus {
+        let n = size::<C>(self.robot.n()).min(rates.len());
+        let motion = self.motion::<C>(q, |_| *twist, self.settings.gain, memory);
+        let mut status = match (motion.damped, motion.complete) {
+            (true, _) => RateStatus::Damped,
+            (false, false) => RateStatus::TaskOnly,
+            (false, true) => RateStatus::Regular,
+        };
+        if !motion.dq[..n].iter().all(|x| x.is_finite()) {
+            rates[..n].fill(0.0);
+            return RateStatus::Damped;
+        }
+        rates[..n].copy_from_slice(&motion.dq[..n]);
+        if self.settings.limits && self.keep_limits(q, &mut rates[..n]) {
+            status = RateStatus::Limited;
+        }
+        status
+    }
+
+    /// Slows all joints down together until the fastest keeps its speed, then stops each at its limits; whether anything changed.
+    #[inline(always)]
+    fn keep_limits(&self, q: &[f64], rates: &mut [f64]) -> bool {
+        let limits = self.robot.limits();
+        let mut slower = 1.0f64;
+        for (rate, most) in rates.iter().zip(&limits.qd_max) {
+            if rate.abs() > *most {
+                slower = slower.min(most / rate.abs());
+            }
+        }
+        let mut cut = slower < 1.0;
+        for i in 0..rates.len() {
+            let wanted = slower * rates[i];
+            let dt = self.settings.dt;
+            let (low, high) = (((limits.q_min[i] - q[i]) / dt).min(0.0), ((limits.q_max[i] - q[i]) / dt).max(0.0));
+            rates[i] = wanted.clamp(low, high);
+            cut |= rates[i] != wanted;
+        }
+        cut
+    }
+
+    /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled.
+    #[inline(never)]
+    pub fn solve<const C: usize>(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
+        let n = size::<C>(self.robot.n()).min(q0.len());
+        let mut q = [0.0; MAX_JOINTS];
+        q[..n].copy_from_slice(&q0[..n]);
+        let mut done = 0;
+        for _ in 0..self.settings.iterations {
+            done += 1;
+            self.iterate::<C>(target, &mut q[..n], self.settings.gain, memory);
+        }
+        while self.settings.correct
+            && done < self.settings.iterations + CORRECTIONS
+            && self.error_size::<C>(target, &q[..n]) > self.settings.tolerance
+        {
+            done += 1;
+            self.iterate::<C>(target, &mut q[..n], 0.0, memory);
+        }
+        let (w, v) = self.task.error(&forward::<C>(&self.robot, &q[..n]), target);
+        let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
+        Solution {
+            q,
+            value: self.secondary.value::<C>(&self.robot, &q[..n]),
+            position_error: norm(v),
+            angle_error: norm(w),
+            status: if on_target { SolveStatus::OnTarget } else { SolveStatus::Unreachable },
+            iterations: done,
+        }
+    }
+
+    #[inline(always)]
+    fn error_size<const C: usize>(&self, target: &Target, q: &[f64]) -> f64 {
+        let (w, v) = self.task.error(&forward::<C>(&self.robot, q), target);
+        norm(w).max(norm(v) / self.settings.length)
+    }
+
+    #[inline(always)]
+    fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, memory: &mut Memory) {
+        let error = |tool: &crate::linalg::frame::Frame| {
+            let ([a, b, c], [x, y, z]) = self.task.error(tool, target);
+            [a, b, c, x, y, z]
+        };
+        let motion = self.motion::<C>(q, error, gain, memory);
+        let largest = motion.dq[..q.len()].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        if !largest.is_finite() {
+            return;
+        }
+        let shorter = if largest > LARGEST_MOTION { LARGEST_MOTION / largest } else { 1.0 };
+        for (x, dx) in q.iter_mut().zip(&motion.dq) {
+            *x += shorter * dx;
+        }
+    }
+
+    /// The best of `starts` random postures on the target, improved by the method: by the objective, or by the distance from the middle of
+    /// the ranges. `None` if the target was never reached.
+    pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+        let n = self.robot.n();
+        let unlimited = self.robot.with_limits(Limits::none(n)).ok()?;
+        let robot = if self.settings.limits { &*self.robot } else { &unlimited };
+        let mut postures = Postures::new(seed);
+        let mut best: Option<(f64, Solution)> = None;
+        for _ in 0..starts {
+            let mut q = [0.0; MAX_JOINTS];
+            postures.fill(&self.robot, &mut q[..n]);
+            let tolerance = self.settings.tolerance;
+            let found = reach::<C>(robot, &self.task, target, self.settings.length, &mut q[..n], tolerance, REACH_ITERATIONS);
+            if found.error > tolerance.max(0.5 * ON_TARGET) {
+                continue;
+            }
+            let solution = self.solve::<C>(target, &q[..n], &mut Memory::default());
+            let inside = !self.settings.limits || self.robot.limits().margin(&solution.q[..n]) >= 0.0;
+            let cost = if solution.value.is_nan() { self.distance_from_middle(&solution.q[..n]) } else { solution.value };
+            if solution.status != SolveStatus::Unreachable && inside && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, solution));
+            }
+        }
+        best.map(|(_, solution)| solution)
+    }
+
+    fn distance_from_middle(&self, q: &[f64]) -> f64 {
+        let middle = |i: usize| self.robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle);
+        (0..q.len()).map(|i| (q[i] - middle(i)).powi(2)).sum()
+    }
+
+    /// Along the targets, each from the posture of the one before.
+    pub fn follow<const C: usize>(&self, targets: &[Target], q0: &[f64], memory: &mut Memory, mut each: impl FnMut(&Solution)) {
+        let n = self.robot.n();
+        let mut q = [0.0; MAX_JOINTS];
+        q[..n].copy_from_slice(&q0[..n]);
+        for target in targets {
+            let point = self.solve::<C>(target, &q[..n], memory);
+            q = point.q;
+            each(&point);
+        }
+    }
+}
