@@ -45,7 +45,7 @@ def main(arguments: list[str]) -> int:
     }
     print(
         "\n\n".join(
-            ["\n".join(part) for part in (machine(results, statistic), races(times), batches(times), sqp(times))]
+            ["\n".join(part) for part in (machine(results, statistic), races(times), batches(times), sqp(times), rates(times))]
         )
     )
     return 0
@@ -94,6 +94,18 @@ def sqp(times: Times) -> Iterator[str]:
     for quantity, title in HELICES.items():
         time = times.get((quantity, "FANUC", "redundancy"))
         yield row(f"helix, 101 points, {title}", figure(time and time * 1e3) + " ms")
+
+
+def rates(times: Times) -> Iterator[str]:
+    """Ticks of the methods of the rate level."""
+    yield "| one tick, spin free, singularity and limits, us, 6R / 7R | time | over twist decomposition |"
+    yield "|---|---|---|"
+    ticks = {quantity: [times.get((quantity, robot, "redundancy")) for robot in ROBOTS] for quantity, _, _ in times}
+    own = ticks.get("tick TwistDecomposition", [None, None])
+    for quantity, calls in ticks.items():
+        if quantity.startswith("tick "):
+            ratios = [a / b if a and b else None for a, b in zip(calls, own, strict=True)]
+            yield row(f"`{quantity[5:]}`", pair(calls, 1e6), pair(ratios))
 
 
 def row(*cells: str) -> str:

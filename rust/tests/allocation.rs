@@ -11,7 +11,9 @@ use _core::inverse::reach;
 use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
 use _core::linalg::{MAX_JOINTS, vector::halves};
 use _core::optimize::qp::{self, MAX_VARIABLES, Row};
-use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, newton_step};
+use _core::resolve::{
+    Bounds, Known, Memory, Method, OrthogonalSqp, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Settings, newton_step,
+};
 use _core::robot::Robot;
 use _core::task::{Target, Task};
 use _core::with_capacity;
@@ -159,6 +161,51 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         let known = Known { jacobian: &columns, objective: &evaluated, directions: &directions, wanted: directions.reduce(w, v) };
         let bounds = Bounds { low: [-0.2; C], high: [0.2; C], radius: 0.1, gain: 1.0 };
         free_of_allocation("newton_step", || newton_step(&known, &bounds));
+    }
+}
+
+/// Every method of the rate level, at the largest capacity so that virtual joints fit.
+#[test]
+fn rate_methods() {
+    let methods = [
+        Method::ResolvedRate,
+        Method::TwistDecomposition,
+        Method::GradientProjection,
+        Method::WeightedInverse,
+        Method::TaskPriority,
+        Method::Householder,
+        Method::Elimination,
+        Method::VirtualJoint,
+    ];
+    for robot in [crate::common::fanuc(), crate::common::iiwa()] {
+        let n = robot.n();
+        let robot = Arc::new(robot);
+        let q = [0.3, 0.4, -0.5, 0.6, 0.9, 0.2, 0.4];
+        let rows = rows_for(n);
+        let settings = RateSettings {
+            length: 0.5,
+            gain: 1.0,
+            relaxation: 0.5,
+            damping: 1e-3,
+            dt: 1e-3,
+            limits: true,
+            iterations: 5,
+            correct: true,
+            tolerance: 1e-12,
+        };
+        let pull = PosturePull::new(&robot, &[0.01; 7][..n], &[0.01; 7][..n], &[0.0; 7][..n], 5.0, 1.0).unwrap();
+        let objective = |scaling| Secondary::Objective(Objective::new(vec![(1.0, indices(rows)[2].clone())]).unwrap(), scaling);
+        for secondary in [Secondary::None, objective(Scaling::Gradient), objective(Scaling::Newton), Secondary::Pull(pull)] {
+            for method in methods {
+                let task = Task::axisymmetric([0.1, 0.2, 1.0]).unwrap();
+                let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();
+                let (mut memory, mut rates) = (Memory::default(), [0.0; 7]);
+                let twist = [0.1, -0.2, 0.05, 0.3, 0.1, -0.2];
+                free_of_allocation("rate step", || solver.step::<16>(&q[..n], &twist, &mut memory, &mut rates[..n]));
+                let target = target_at::<16>(&robot, &q[..n]);
+                free_of_allocation("rate solve", || solver.solve::<16>(&target, &q[..n], &mut memory));
+            }
+        }
     }
 }
 

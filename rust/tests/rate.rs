@@ -219,7 +219,17 @@ proptest! {
 }
 
 fn settings() -> RateSettings {
-    RateSettings { length: 0.5, gain: 1.0, damping: 1e-3, dt: 1e-3, limits: true, iterations: 20, correct: true, tolerance: 1e-12 }
+    RateSettings {
+        length: 0.5,
+        gain: 1.0,
+        relaxation: 1.0,
+        damping: 1e-3,
+        dt: 1e-3,
+        limits: true,
+        iterations: 20,
+        correct: true,
+        tolerance: 1e-12,
+    }
 }
 
 fn limits_objective() -> Objective {
@@ -323,4 +333,35 @@ fn newton_scaling_ends_at_the_minimum() {
         let newton = value(method, Scaling::Newton, 20);
         assert!((newton - least).abs() < 1e-9, "{method:?}: {newton} {least}");
     }
+}
+
+/// A secondary motion that pushes against a limit gives way; the task does not suffer.
+#[test]
+fn the_task_comes_before_the_secondary_motion() {
+    let robot = Arc::new(fanuc());
+    let task = Task::axisymmetric([0.0, 0.0, 1.0]).unwrap();
+    let mut q = [0.3, 0.4, -0.5, 0.6, 0.9, 0.2];
+    q[3] = robot.limits().q_max[3];
+    let (tool, columns) = jacobian::<C>(&robot, &q);
+    let objective = Objective::new(vec![(-1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
+    let secondary = Secondary::Objective(objective, Scaling::Gradient);
+    let mut held = 0;
+    for method in METHODS {
+        let settings = RateSettings { gain: 5.0, ..settings() };
+        let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();
+        for twist in [[0.1, -0.1, 0.05, 0.02, -0.03, 0.01], [-0.1, 0.1, -0.05, -0.02, 0.03, -0.01]] {
+            let mut rates = [0.0; 6];
+            let status = solver.step::<8>(&q, &twist, &mut Memory::default(), &mut rates);
+            let alone = RateSolver::new(robot.clone(), task, method, Secondary::None, None, settings).unwrap();
+            let mut without = [0.0; 6];
+            if alone.step::<8>(&q, &twist, &mut Memory::default(), &mut without) != RateStatus::Regular {
+                continue;
+            }
+            held += usize::from(status == RateStatus::Limited);
+            assert!(rates[3] <= 0.0, "{method:?}");
+            let (wanted, got) = (reduced(&task, &tool, &twist), reduced(&task, &tool, &twist_of(&columns, &rates)));
+            assert!(distance(&wanted, &got) < 1e-10, "{method:?} {status:?}: {wanted:?} {got:?}");
+        }
+    }
+    assert!(held > 0);
 }

@@ -131,7 +131,7 @@ impl<const C: usize> Directions<C> {
         let (pt, jt) = (transposed(&factored.p, m), transposed(&factored.jn, m));
         for k in 0..n {
             rows.normalised_derivative(jacobian, k, &mut self.dj[k]);
-            rows.omega(&self.dj[k], &pt, k, n, m, &mut self.omega[k]);
+            rows.omega(&self.dj[k], &pt, k, m, &mut self.omega[k]);
             let product = multiply(&factored.w, &self.omega[k], m);
             for r in 0..m {
                 for c in 0..m {
@@ -140,7 +140,7 @@ impl<const C: usize> Directions<C> {
                 }
                 self.db[k] -= 2.0 * product[r][r];
             }
-            self.da[k] = 2.0 * inner(&jt, &self.dj[k], n);
+            self.da[k] = 2.0 * inner(&jt, &self.dj[k], C);
         }
     }
 }
@@ -235,7 +235,7 @@ impl JacobianIndex for ConditionNumber {
         for l in 0..n {
             for k in 0..=l {
                 let curvature = inner(&along.twice[k], &along.omega[l], m) + inner(&along.omega[k], &along.turned[l], m) - null[k][l];
-                let norms = inner(&along.dj[k], &along.dj[l], n);
+                let norms = inner(&along.dj[k], &along.dj[l], C);
                 let products = along.da[k] * along.db[l] + along.da[l] * along.db[k];
                 out[k][l] = scale(m) * (2.0 * (factored.a * curvature + factored.b * norms) + products);
             }

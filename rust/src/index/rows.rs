@@ -82,10 +82,10 @@ impl Rows {
 
     /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k.
     #[inline(always)]
-    pub fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, n: usize, m: usize, out: &mut Mat6) {
+    pub fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
         let angular = if m == 6 { 3 } else { self.angular() };
         for r in 0..m {
-            for i in if r < angular { k + 1 } else { 0 }..n {
+            for i in if r < angular { k + 1 } else { 0 }..C {
                 for c in 0..6 {
                     out[r][c] += dj[i][r] * p[i][c];
                 }

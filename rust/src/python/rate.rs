@@ -215,8 +215,9 @@ impl PyRateSolver {
     /// Returns
     /// -------
     /// ndarray, shape (n,)
-    ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits (all joints slowed down together) and never across a position
-    ///     limit within ``dt``. `step_status` tells how they came about.
+    ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits and never across a position limit within ``dt``: the secondary
+    ///     motion is shortened first, then all joints slow down together, then each stops at its limit. `step_status` tells how they came
+    ///     about.
     ///
     /// Notes
     /// -----
@@ -427,7 +428,9 @@ macro_rules! methods {
             /// scaling : {"gradient", "newton"}
             ///     How the gradient of an Objective becomes a motion: as it is, or as a Newton step in the redundant subspace.
             /// gain : float
-            ///     Factor of the secondary motion: 1/s in `step`, a plain factor in an iteration of `solve` and `follow_chunk`.
+            ///     Factor of the secondary motion in `step` [1/s].
+            /// relaxation : float
+            ///     Factor of the secondary motion in an iteration of `solve` and `follow_chunk`.
             /// length : float, optional
             ///     Weighs angles against distances [m]. The objective's length, or 1, if not given.
             /// damping : float
@@ -457,7 +460,7 @@ macro_rules! methods {
             #[pymethods]
             impl $name {
                 #[new]
-                #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
+                #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
                                     iterations=20, correct=true, tolerance=1e-12, weights=None))]
                 fn new(
                     py: Python<'_>,
@@ -466,6 +469,7 @@ macro_rules! methods {
                     objective: Option<&Bound<'_, PyAny>>,
                     scaling: &str,
                     gain: f64,
+                    relaxation: f64,
                     length: Option<f64>,
                     damping: f64,
                     dt: f64,
@@ -475,7 +479,7 @@ macro_rules! methods {
                     tolerance: f64,
                     weights: Option<&Bound<'_, PyAny>>,
                 ) -> PyResult<PyClassInitializer<Self>> {
-                    let settings = RateSettings { length: 1.0, gain, damping, dt, limits, iterations, correct, tolerance };
+                    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, correct, tolerance };
                     let given = Arguments { robot, task, objective, scaling, length, weights, settings };
                     Ok(PyClassInitializer::from(make(py, Method::$method, given)?).add_subclass(Self))
                 }

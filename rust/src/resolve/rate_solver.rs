@@ -27,8 +27,10 @@ const ON_TARGET: f64 = 1e-9;
 pub struct RateSettings {
     /// Length that weighs angles against distances [m].
     pub length: f64,
-    /// What multiplies the secondary motion: 1/s in a tick, a plain factor in an iteration.
+    /// What multiplies the secondary motion in a tick [1/s].
     pub gain: f64,
+    /// What multiplies it in an iteration towards a target.
+    pub relaxation: f64,
     /// Below this ratio of the shortest to the longest orthogonal row systems are solved with damping.
     pub damping: f64,
     /// Length of a control tick [s].
@@ -48,8 +50,10 @@ impl RateSettings {
         for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
             check_positive(name, value)?;
         }
-        if !(self.gain >= 0.0 && self.gain.is_finite()) {
-            return Err(Error::value("gain", self.gain, "a finite number of at least 0"));
+        for (name, value) in [("gain", self.gain), ("relaxation", self.relaxation)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Error::value(name, value, "a finite number of at least 0"));
+            }
         }
         if !(self.damping > 0.0 && self.damping < 1.0) {
             return Err(Error::value("damping", self.damping, "a number between 0 and 1"));
@@ -83,6 +87,53 @@ pub struct RateSolver {
     secondary: Secondary,
     weights: Option<[f64; MAX_JOINTS]>,
     settings: RateSettings,
+}
+
+/// Rates within position and speed limits.
+struct RateBounds<const C: usize> {
+    low: [f64; C],
+    high: [f64; C],
+    speed: [f64; C],
+}
+
+impl<const C: usize> RateBounds<C> {
+    #[inline(always)]
+    fn interval(&self, i: usize) -> (f64, f64) {
+        (self.low[i].max(-self.speed[i]), self.high[i].min(self.speed[i]))
+    }
+
+    #[inline(always)]
+    fn hold(&self, rates: &[f64]) -> bool {
+        (0..rates.len()).all(|i| {
+            let (low, high) = self.interval(i);
+            rates[i] >= low && rates[i] <= high
+        })
+    }
+
+    /// From `alone`, the motion of the task, as far towards `rates` as there is room; where there is none even for the task, all joints slow
+    /// down together until the fastest keeps its speed, and each stops at its position limits.
+    fn keep(&self, alone: &[f64], rates: &mut [f64]) {
+        let mut share = 1.0f64;
+        for i in 0..rates.len() {
+            let (low, high) = self.interval(i);
+            let more = rates[i] - alone[i];
+            let room = if more > 0.0 { high - alone[i] } else { alone[i] - low };
+            if more.abs() > room {
+                share = share.min((room / more.abs()).max(0.0));
+            }
+        }
+        let mut slower = 1.0f64;
+        for i in 0..rates.len() {
+            rates[i] = alone[i] + share * (rates[i] - alone[i]);
+            if rates[i].abs() > self.speed[i] {
+                slower = slower.min(self.speed[i] / rates[i].abs());
+            }
+        }
+        for i in 0..rates.len() {
+            let (low, high) = self.interval(i);
+            rates[i] = (slower * rates[i]).clamp(low, high);
+        }
+    }
 }
 
 /// One motion and how it came about.
@@ -215,31 +266,29 @@ impl RateSolver {
             return RateStatus::Damped;
         }
         rates[..n].copy_from_slice(&motion.dq[..n]);
-        if self.settings.limits && self.keep_limits(q, &mut rates[..n]) {
-            status = RateStatus::Limited;
+        if self.settings.limits {
+            let bounds = self.bounds::<C>(q);
+            if !bounds.hold(&rates[..n]) {
+                status = RateStatus::Limited;
+                // The task comes first: as much of the secondary motion as the limits leave room for.
+                let alone = self.motion::<C>(q, |_| *twist, 0.0, memory).dq;
+                bounds.keep(&alone[..n], &mut rates[..n]);
+            }
         }
         status
     }
 
-    /// Slows all joints down together until the fastest keeps its speed, then stops each at its limits; whether anything changed.
+    /// What position and speed limits leave room for within a tick.
     #[inline(always)]
-    fn keep_limits(&self, q: &[f64], rates: &mut [f64]) -> bool {
-        let limits = self.robot.limits();
-        let mut slower = 1.0f64;
-        for (rate, most) in rates.iter().zip(&limits.qd_max) {
-            if rate.abs() > *most {
-                slower = slower.min(most / rate.abs());
-            }
+    fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<C> {
+        let (limits, dt) = (self.robot.limits(), self.settings.dt);
+        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: [f64::INFINITY; C] };
+        for i in 0..q.len() {
+            out.low[i] = ((limits.q_min[i] - q[i]) / dt).min(0.0);
+            out.high[i] = ((limits.q_max[i] - q[i]) / dt).max(0.0);
+            out.speed[i] = limits.qd_max[i];
         }
-        let mut cut = slower < 1.0;
-        for i in 0..rates.len() {
-            let wanted = slower * rates[i];
-            let dt = self.settings.dt;
-            let (low, high) = (((limits.q_min[i] - q[i]) / dt).min(0.0), ((limits.q_max[i] - q[i]) / dt).max(0.0));
-            rates[i] = wanted.clamp(low, high);
-            cut |= rates[i] != wanted;
-        }
-        cut
+        out
     }
 
     /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled.
@@ -251,7 +300,7 @@ impl RateSolver {
         let mut done = 0;
         for _ in 0..self.settings.iterations {
             done += 1;
-            self.iterate::<C>(target, &mut q[..n], self.settings.gain, memory);
+            self.iterate::<C>(target, &mut q[..n], self.settings.relaxation, memory);
         }
         while self.settings.correct
             && done < self.settings.iterations + CORRECTIONS

@@ -1,0 +1,110 @@
+//! One step of twist decomposition and of each rival at n = 6 and 7: the method's own linear algebra, and the whole step with Jacobian,
+//! projector and an objective of singularity and limits.
+
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::f64::consts::FRAC_PI_2;
+use std::hint::black_box;
+use std::sync::Arc;
+
+use _core::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
+use _core::kinematics::jacobian;
+use _core::resolve::{Memory, Method, RateSettings, RateSolver, Scaling, Secondary, Situation};
+use _core::robot::{Convention, DhTable, Robot};
+use _core::task::Task;
+use criterion::{Criterion, criterion_group, criterion_main};
+
+const POSTURES: usize = 256;
+const LENGTH: f64 = 0.48;
+
+fn robot(n: usize) -> Robot {
+    let (a, d, alpha): (&[f64], &[f64], &[f64]) = if n == 6 {
+        (&[0.15, 0.87, 0.17, 0.0, 0.0, -0.287692], &[0.0, 0.0, 0.0, -1.016, 0.0, -0.607777], &[-1.0, 2.0, -1.0, 1.0, -1.0, 2.0])
+    } else {
+        (&[0.0; 7], &[0.36, 0.0, 0.42, 0.0, 0.4, 0.0, 0.126], &[-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 0.0])
+    };
+    let alpha = alpha.iter().map(|quarter| quarter * FRAC_PI_2).collect();
+    let table = DhTable { convention: Convention::Standard, a: a.to_vec(), d: d.to_vec(), alpha, theta: vec![0.0; n] };
+    Robot::from_dh("bench", table, &"R".repeat(n)).unwrap()
+}
+
+fn bench<const N: usize, const C: usize, const V: usize>(criterion: &mut Criterion) {
+    let robot = Arc::new(robot(N));
+    let q: Vec<Vec<f64>> = (0..POSTURES)
+        .map(|i| (0..N).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect())
+        .collect();
+    let task = Task::axisymmetric([0.3, 0.2, 0.9]).unwrap();
+    let condition = Index::Condition(ConditionNumber { rows: Rows::all(LENGTH).unwrap(), squared: true });
+    let objective = Objective::new(vec![(1.0, condition), (0.1, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
+    let settings = RateSettings {
+        length: LENGTH,
+        gain: 1.0,
+        relaxation: 1.0,
+        damping: 1e-3,
+        dt: 1e-3,
+        limits: true,
+        iterations: 20,
+        correct: true,
+        tolerance: 1e-12,
+    };
+    let methods = [
+        Method::TwistDecomposition,
+        Method::VirtualJoint,
+        Method::GradientProjection,
+        Method::Householder,
+        Method::Elimination,
+        Method::WeightedInverse,
+        Method::TaskPriority,
+        Method::ResolvedRate,
+    ];
+    let twist = [0.1, -0.05, 0.02, 0.05, 0.1, -0.1];
+    let mut group = criterion.benchmark_group(format!("{N}R"));
+    for method in methods {
+        let secondary = Secondary::Objective(objective.clone(), Scaling::Gradient);
+        let solver = RateSolver::new(robot.clone(), task, method, secondary, None, settings).unwrap();
+        if method == Method::VirtualJoint {
+            run::<V>(&mut group, &robot, &solver, method, &task, &q, &twist);
+        } else {
+            run::<C>(&mut group, &robot, &solver, method, &task, &q, &twist);
+        }
+    }
+    group.finish();
+}
+
+fn run<const C: usize>(
+    group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
+    robot: &Robot,
+    solver: &RateSolver,
+    method: Method,
+    task: &Task,
+    q: &[Vec<f64>],
+    twist: &[f64; 6],
+) {
+    let known: Vec<_> = q.iter().map(|q| jacobian::<C>(robot, q)).collect();
+    let mut next = 0;
+    let h: [f64; C] = std::array::from_fn(|i| if i < robot.n() { 0.1 - 0.03 * i as f64 } else { 0.0 });
+    let weights = [1.5; C];
+    group.bench_function(format!("{method:?} solve"), |b| {
+        b.iter(|| {
+            next = (next + 1) % POSTURES;
+            let (tool, columns) = &known[next];
+            let at = Situation { task, tool, jacobian: columns, length: LENGTH, damping: 1e-3, weights: &weights };
+            black_box(method.motion(black_box(&at), [0.1, -0.05, 0.02], [0.05, 0.1, -0.1], &h))
+        })
+    });
+    let (mut memory, mut rates) = (Memory::default(), vec![0.0; robot.n()]);
+    group.bench_function(format!("{method:?} step"), |b| {
+        b.iter(|| {
+            next = (next + 1) % POSTURES;
+            black_box(solver.step::<C>(black_box(&q[next]), twist, &mut memory, &mut rates))
+        })
+    });
+}
+
+fn both(criterion: &mut Criterion) {
+    bench::<6, 6, 8>(criterion);
+    bench::<7, 8, 8>(criterion);
+}
+
+criterion_group!(benches, both);
+criterion_main!(benches);
