@@ -97,7 +97,7 @@ def normalised(a: Matrix) -> Matrix:
 
 
 def pseudo_inverse(a: Matrix) -> Matrix:
-    """Return the columns of the inverse by modified Gram-Schmidt without square roots, every row orthogonalised twice."""
+    """Return the columns of the inverse by Gram-Schmidt without square roots, every row orthogonalised twice."""
     o, square, reciprocal = [list(row) for row in a], [], []
     u = [[Number(0.0)] * N for _ in range(N)]
     for k in range(N):

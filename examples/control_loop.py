@@ -25,11 +25,12 @@ FEEDBACK = 20.0
 def main(seconds: float) -> None:
     """Run the loop."""
     robot = rd.robots.get("fanuc_m710ic50_milling")
-    objective = rd.ConditionNumber(0.4855933, squared=True) + 0.1 * rd.JointLimits()
+    objective = rd.ConditionNumber(0.4855933, squared=True) + 0.1 * rd.LimitBarrier()
     task = rd.Task.axisymmetric()
     step = rd.TwistDecomposition(robot, task, objective, gain=2.0, dt=DT)
-    centre, axis = np.array([1.3, 0.6, 0.1]), np.array([0.0, 0.0, -1.0])
-    target = np.concatenate([centre + [RADIUS, 0.0, 0.0], axis])
+    centre, axis = np.array([1.3, 0.0, 0.2]), np.array([0.0, 1.0, 0.0])
+    target = np.concatenate([centre, axis])
+    target[0] += RADIUS
     q, _, status, _ = rd.OrthogonalSQP(robot, task, objective).solve(target)
     print(f"start: {status}, condition number {rd.ConditionNumber(0.4855933).evaluate(robot, q, order=0):.3f}")
 
@@ -69,7 +70,8 @@ def main(seconds: float) -> None:
     kappa = rd.ConditionNumber(0.4855933).evaluate(robot, q, order=0)
     print(f"{ticks} ticks in {elapsed:.2f} s; statuses {statuses}")
     print(f"a step took {median:.2f} us (median), {rare:.2f} us (99.99th percentile), {worst:.2f} us (worst)")
-    print(f"largest error of position after the first second {1e6 * worst_error:.1f} um, condition number at the end {kappa:.3f}")
+    print(f"largest error of position after the first second {1e6 * worst_error:.1f} um")
+    print(f"condition number at the end {kappa:.3f}")
 
 
 if __name__ == "__main__":

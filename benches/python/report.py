@@ -45,7 +45,10 @@ def main(arguments: list[str]) -> int:
     }
     print(
         "\n\n".join(
-            ["\n".join(part) for part in (machine(results, statistic), races(times), batches(times), sqp(times), rates(times))]
+            [
+                "\n".join(part)
+                for part in (machine(results, statistic), races(times), batches(times), sqp(times), rates(times))
+            ]
         )
     )
     return 0

@@ -1,4 +1,4 @@
-"""One control tick of twist decomposition and of every rival, spin of the tool free, an objective of singularity and limits."""
+"""One control tick of twist decomposition and of every rival: spin free, an objective of singularity and limits."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,9 @@ METHODS = (
 
 @pytest.mark.benchmark(**PER_POSTURE)
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.__name__)
-def test_tick(benchmark: BenchmarkFixture, chain: Chain, postures: list[F64], method: type[rd.TwistDecomposition]) -> None:
+def test_tick(
+    benchmark: BenchmarkFixture, chain: Chain, postures: list[F64], method: type[rd.TwistDecomposition]
+) -> None:
     robot = chain.robot()
     objective = rd.ConditionNumber(0.48, squared=True) + 0.1 * rd.JointLimits()
     step = method(robot, rd.Task.axisymmetric(), objective)

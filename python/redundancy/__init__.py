@@ -12,7 +12,7 @@ Examples
 1.041202
 """
 
-from . import robots
+from . import robots, weights
 from ._core import (
     ConditionNumber,
     CustomIndex,
@@ -56,12 +56,14 @@ from .posture import (
     minimum_condition_posture,
     planar_tetrahedron,
 )
+from .start import CyclicStart, StartSearch, best_start, cyclic_start
 from .toolpath import Toolpath
 from .trajectory import Trajectory
 
 __all__ = [
     "ConditionNumber",
     "CustomIndex",
+    "CyclicStart",
     "Elimination",
     "GradientProjection",
     "Householder",
@@ -83,6 +85,7 @@ __all__ = [
     "ShapeError",
     "SingularityParameter",
     "SmallestSingularValue",
+    "StartSearch",
     "Task",
     "TaskPriority",
     "Toolpath",
@@ -93,11 +96,14 @@ __all__ = [
     "VirtualJoint",
     "WeightedInverse",
     "__version__",
+    "best_start",
     "build_profile",
     "characteristic_length",
+    "cyclic_start",
     "follow",
     "minimum_condition_posture",
     "planar_tetrahedron",
     "rms_length",
     "robots",
+    "weights",
 ]

@@ -195,7 +195,7 @@ fn rate_methods() {
         };
         let pull = PosturePull::new(&robot, &[0.01; 7][..n], &[0.01; 7][..n], &[0.0; 7][..n], 5.0, 1.0).unwrap();
         let objective = |scaling| Secondary::Objective(Objective::new(vec![(1.0, indices(rows)[2].clone())]).unwrap(), scaling);
-        for secondary in [Secondary::None, objective(Scaling::Gradient), objective(Scaling::Newton), Secondary::Pull(pull)] {
+        for secondary in [Secondary::None, objective(Scaling::Gradient), objective(Scaling::Newton), Secondary::Pull(Box::new(pull))] {
             for method in methods {
                 let task = Task::axisymmetric([0.1, 0.2, 1.0]).unwrap();
                 let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();

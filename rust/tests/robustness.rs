@@ -7,13 +7,16 @@ use crate::common::{Rng, evaluate, fanuc, iiwa, indices, rngs, step};
 use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
 use _core::inverse::reach;
 use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use _core::linalg::MAX_JOINTS;
 use _core::linalg::orthogonal::Orthogonal;
 use _core::linalg::svd::Svd;
 use _core::linalg::symmetric::diagonalise;
 use _core::optimize::qp::{self, MAX_VARIABLES, Row};
-use _core::resolve::{Bounds, Known, OrthogonalSqp, Settings, StepStatus, newton_step};
+use _core::resolve::{
+    Bounds, Known, Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Scaling, Secondary, Settings, StepStatus, newton_step,
+};
 use _core::robot::Robot;
-use _core::task::{Target, Task};
+use _core::task::{Projector, Reference, Target, Task};
 use _core::with_capacity;
 use proptest::prelude::*;
 
@@ -127,6 +130,8 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     let bounds = Bounds { low: [a.min(b); C], high: [a.max(b); C], radius: 0.3, gain: 1.0 };
     newton_step(&known, &bounds);
 
+    rate_trial(subject, rng, &q, &twist, &target);
+
     if !subject.solvers.is_empty() {
         let solver = &subject.solvers[rng.below(subject.solvers.len())];
         let mut out = vec![0.0; n];
@@ -135,6 +140,47 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
         let solution = solver.solve::<C>(&target, &q);
         assert!(solution.iterations <= solver.settings().max_iterations.max(60));
     }
+}
+
+/// A method of the rate level with numbers of any kind: no NaN leaves a step.
+fn rate_trial(subject: &Subject, rng: &mut Rng, q: &[f64], twist: &[f64; 6], target: &Target) {
+    let methods = [
+        Method::ResolvedRate,
+        Method::TwistDecomposition,
+        Method::GradientProjection,
+        Method::WeightedInverse,
+        Method::TaskPriority,
+        Method::Householder,
+        Method::Elimination,
+        Method::VirtualJoint,
+    ];
+    let projector = |rng: &mut Rng| match rng.below(4) {
+        0 => Projector::None,
+        1 => Projector::line(rng.direction()).unwrap(),
+        2 => Projector::plane(rng.direction()).unwrap(),
+        _ => Projector::All,
+    };
+    let reference = [Reference::Tool, Reference::Base, Reference::Part(rng.frame())][rng.below(3)];
+    let task = Task { angular: projector(rng), linear: projector(rng), reference };
+    let objective = subject.objectives[rng.below(subject.objectives.len())].clone();
+    let scaling = [Scaling::Gradient, Scaling::Newton][rng.below(2)];
+    let secondary = if rng.below(4) == 0 { Secondary::None } else { Secondary::Objective(objective, scaling) };
+    let settings = RateSettings {
+        length: 0.5,
+        gain: 3.0,
+        relaxation: 1.0,
+        damping: 1e-3,
+        dt: 1e-3,
+        limits: rng.below(2) == 0,
+        iterations: 2,
+        correct: rng.below(8) == 0,
+        tolerance: 1e-9,
+    };
+    let Ok(solver) = RateSolver::new(subject.robot.clone(), task, methods[rng.below(8)], secondary, None, settings) else { return };
+    let mut rates = vec![f64::NAN; q.len()];
+    solver.step::<MAX_JOINTS>(q, twist, &mut Memory::default(), &mut rates);
+    assert!(rates.iter().all(|x| !x.is_nan()), "NaN rates of {solver:?} from {q:?} {twist:?}: {rates:?}");
+    solver.solve::<MAX_JOINTS>(target, q, &mut Memory::default());
 }
 
 /// The linear algebra and the programme by themselves.

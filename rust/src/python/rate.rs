@@ -116,7 +116,7 @@ fn secondary(objective: Option<&Bound<'_, PyAny>>, robot: &Robot, scaling: Scali
         return Ok(Secondary::Objective(objective.get().objective.clone(), scaling));
     }
     match objective.cast::<PyPosturePull>() {
-        Ok(pull) => Ok(Secondary::Pull(pull.get().pull(robot)?)),
+        Ok(pull) => Ok(Secondary::Pull(Box::new(pull.get().pull(robot)?))),
         Err(_) => {
             Err(PyTypeError::new_err(format!("objective: got {}, expected an Objective, a PosturePull or None", objective.get_type())))
         }
@@ -215,8 +215,8 @@ impl PyRateSolver {
     /// Returns
     /// -------
     /// ndarray, shape (n,)
-    ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits and never across a position limit within ``dt``: the secondary
-    ///     motion is shortened first, then all joints slow down together, then each stops at its limit. `step_status` tells how they came
+    ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits and never across a position limit within ``dt``: the free
+    ///     motion gives way first, then all joints slow down together, then each stops at its limit. `step_status` tells how they came
     ///     about.
     ///
     /// Notes

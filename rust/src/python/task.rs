@@ -161,7 +161,7 @@ impl PyTask {
         let tool = tool_at::<MAX_JOINTS>(robot, &buffer[..n]);
         let m = self.task.projector(&tool);
         let rows: Vec<Vec<f64>> = m.iter().map(|row| row.to_vec()).collect();
-        Ok(PyArray1::from_vec(py, rows.concat()).reshape([6, 6])?)
+        PyArray1::from_vec(py, rows.concat()).reshape([6, 6])
     }
 
     /// Degrees of redundancy of a robot with this task (Huo 2009, eq. 1.4 to 1.6).

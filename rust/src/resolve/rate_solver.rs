@@ -110,18 +110,21 @@ impl<const C: usize> RateBounds<C> {
         })
     }
 
-    /// From `alone`, the motion of the task, as far towards `rates` as there is room; where there is none even for the task, all joints slow
-    /// down together until the fastest keeps its speed, and each stops at its position limits.
+    /// On the line through `alone`, the motion of the task, and `rates`, which add a free motion to it: the point within the limits nearest to
+    /// `rates`. Where there is none, all joints slow down together until the fastest keeps its speed, and each stops at its position
+    /// limits.
     fn keep(&self, alone: &[f64], rates: &mut [f64]) {
-        let mut share = 1.0f64;
+        const FURTHEST: f64 = 1e3;
+        let (mut least, mut most) = (-FURTHEST, FURTHEST);
         for i in 0..rates.len() {
             let (low, high) = self.interval(i);
             let more = rates[i] - alone[i];
-            let room = if more > 0.0 { high - alone[i] } else { alone[i] - low };
-            if more.abs() > room {
-                share = share.min((room / more.abs()).max(0.0));
+            let (a, b) = ((low - alone[i]) / more, (high - alone[i]) / more);
+            if more != 0.0 && !a.is_nan() && !b.is_nan() {
+                (least, most) = (least.max(a.min(b)), most.min(a.max(b)));
             }
         }
+        let share = if least <= most { 1f64.clamp(least, most) } else { 0.0 };
         let mut slower = 1.0f64;
         for i in 0..rates.len() {
             rates[i] = alone[i] + share * (rates[i] - alone[i]);
@@ -270,7 +273,7 @@ impl RateSolver {
             let bounds = self.bounds::<C>(q);
             if !bounds.hold(&rates[..n]) {
                 status = RateStatus::Limited;
-                // The task comes first: as much of the secondary motion as the limits leave room for.
+                // The task comes first: another share of the free motion before anything is taken from it.
                 let alone = self.motion::<C>(q, |_| *twist, 0.0, memory).dq;
                 bounds.keep(&alone[..n], &mut rates[..n]);
             }

@@ -93,7 +93,7 @@ pub enum Secondary {
     /// An objective falls.
     Objective(Objective, Scaling),
     /// The pull of a posture.
-    Pull(PosturePull),
+    Pull(Box<PosturePull>),
 }
 
 impl Secondary {
