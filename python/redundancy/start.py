@@ -105,7 +105,7 @@ def best_start(
         settled = [(t.q[0], *_score(step, t)) for t in pool.map(partial(_run, step, first), found)]
         settled.sort(key=lambda posture: posture[1:])
         inside = [q for q, unreached, violation, _ in settled if unreached == 0 == violation]
-        kept = [_start(step, target), *_distinct(robot, inside)[:candidates]]
+        kept = _distinct(robot, [_start(step, target), *inside])[: candidates + 1]
         followed = [copy for q in kept for copy in _with_turns(robot, q, turns)]
         results = []
         with progress_bar(len(followed), "following the path", progress) as advance:

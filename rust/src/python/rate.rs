@@ -208,7 +208,8 @@ impl PyRateSolver {
     ///     Joint coordinates [rad or m].
     /// twist : array_like, shape (6,)
     ///     Desired twist [omega; v] of the tool point in the base frame [rad/s, m/s]; its free components are not looked at, but by
-    ///     `ResolvedRate` (which follows them) and `TaskPriority` (as far as the first task and the arm allow).
+    ///     `ResolvedRate` (which follows them), `TaskPriority` (as far as the first task and the arm allow) and `VirtualJoint` (which shares
+    ///     them between the virtual joint and the arm).
     /// out : ndarray, shape (n,), optional
     ///     Receives the result.
     ///
