@@ -443,7 +443,8 @@ macro_rules! methods {
             /// iterations : int
             ///     Iterations a target with the secondary task.
             /// correct : bool
-            ///     Whether iterations of the task alone follow until its error is below the tolerance.
+            ///     Whether iterations of the task alone follow until its error is below the tolerance, and a damped Newton from the start where
+            ///     they lose their way.
             /// tolerance : float
             ///     That tolerance [rad, and m over length].
             /// weights : array_like, shape (n,), optional

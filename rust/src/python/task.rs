@@ -79,7 +79,13 @@ impl PyTask {
     #[pyo3(signature = (angular=None, linear=None, frame=None), text_signature = "(angular='full', linear='full', frame='tool')")]
     fn new(angular: Option<&Bound<'_, PyAny>>, linear: Option<&Bound<'_, PyAny>>, frame: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let (angular, linear) = (projector("angular", angular)?, projector("linear", linear)?);
-        Ok(Self { task: Task { angular, linear, reference: reference(frame)? } })
+        let isotropic = |projector| matches!(projector, Projector::All | Projector::None);
+        // Without a direction the frame at the tool point does not matter: tasks that mean the same compare equal.
+        let reference = match reference(frame)? {
+            Reference::Base if isotropic(angular) && isotropic(linear) => Reference::Tool,
+            other => other,
+        };
+        Ok(Self { task: Task { angular, linear, reference } })
     }
 
     /// Position and the direction of an axis of the tool: the spin about it is free (milling, welding, deburring, printing).

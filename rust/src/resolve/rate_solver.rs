@@ -15,9 +15,9 @@ use crate::task::{Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
 const LARGEST_MOTION: f64 = 0.5;
-/// Iterations that bring the tool back onto its target at most.
-const CORRECTIONS: usize = 100;
-/// Iterations of the way to a target from a random posture.
+/// Iterations that bring the tool back onto its target at most, before a damped Newton from the start takes over.
+const CORRECTIONS: usize = 40;
+/// Iterations of that, and of the way to a target from a random posture.
 const REACH_ITERATIONS: usize = 60;
 /// Error of a posture that counts as on target [rad, m].
 const ON_TARGET: f64 = 1e-9;
@@ -82,6 +82,8 @@ pub enum RateStatus {
 #[derive(Debug, Clone)]
 pub struct RateSolver {
     robot: Arc<Robot>,
+    /// The same robot without limits, for searches that need not keep them.
+    unlimited: Arc<Robot>,
     task: Task,
     method: Method,
     secondary: Secondary,
@@ -178,7 +180,8 @@ impl RateSolver {
                 Some(std::array::from_fn(|i| values.get(i).copied().unwrap_or(1.0)))
             }
         };
-        Ok(Self { robot, task, method, secondary, weights, settings })
+        let unlimited = Arc::new(robot.with_limits(Limits::none(n))?);
+        Ok(Self { robot, unlimited, task, method, secondary, weights, settings })
     }
 
     /// The robot.
@@ -294,7 +297,8 @@ impl RateSolver {
         out
     }
 
-    /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled.
+    /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
+    /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
     #[inline(never)]
     pub fn solve<const C: usize>(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
         let n = size::<C>(self.robot.n()).min(q0.len());
@@ -311,6 +315,16 @@ impl RateSolver {
         {
             done += 1;
             self.iterate::<C>(target, &mut q[..n], 0.0, memory);
+        }
+        if self.settings.correct && self.error_size::<C>(target, &q[..n]) > self.settings.tolerance.max(0.5 * ON_TARGET) {
+            let mut direct = [0.0; MAX_JOINTS];
+            direct[..n].copy_from_slice(&q0[..n]);
+            let (length, tolerance) = (self.settings.length, self.settings.tolerance);
+            let found = reach::<C>(&self.unlimited, &self.task, target, length, &mut direct[..n], tolerance, REACH_ITERATIONS);
+            done += found.iterations;
+            if found.error <= tolerance.max(0.5 * ON_TARGET) {
+                q = direct;
+            }
         }
         let (w, v) = self.task.error(&forward::<C>(&self.robot, &q[..n]), target);
         let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
@@ -351,8 +365,7 @@ impl RateSolver {
     /// the ranges. `None` if the target was never reached.
     pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
         let n = self.robot.n();
-        let unlimited = self.robot.with_limits(Limits::none(n)).ok()?;
-        let robot = if self.settings.limits { &*self.robot } else { &unlimited };
+        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
         let mut postures = Postures::new(seed);
         let mut best: Option<(f64, Solution)> = None;
         for _ in 0..starts {
