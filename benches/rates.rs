@@ -47,19 +47,9 @@ fn bench<const N: usize, const C: usize, const V: usize>(criterion: &mut Criteri
         correct: true,
         tolerance: 1e-12,
     };
-    let methods = [
-        Method::TwistDecomposition,
-        Method::VirtualJoint,
-        Method::GradientProjection,
-        Method::Householder,
-        Method::Elimination,
-        Method::WeightedInverse,
-        Method::TaskPriority,
-        Method::ResolvedRate,
-    ];
     let twist = [0.1, -0.05, 0.02, 0.05, 0.1, -0.1];
     let mut group = criterion.benchmark_group(format!("{N}R"));
-    for method in methods {
+    for method in Method::ALL {
         let secondary = Secondary::Objective(objective.clone(), Scaling::Gradient);
         let solver = RateSolver::new(robot.clone(), task, method, secondary, None, settings).unwrap();
         if method == Method::VirtualJoint {

@@ -167,16 +167,6 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
 /// Every method of the rate level, at the largest capacity so that virtual joints fit.
 #[test]
 fn rate_methods() {
-    let methods = [
-        Method::ResolvedRate,
-        Method::TwistDecomposition,
-        Method::GradientProjection,
-        Method::WeightedInverse,
-        Method::TaskPriority,
-        Method::Householder,
-        Method::Elimination,
-        Method::VirtualJoint,
-    ];
     for robot in [crate::common::fanuc(), crate::common::iiwa()] {
         let n = robot.n();
         let robot = Arc::new(robot);
@@ -196,7 +186,7 @@ fn rate_methods() {
         let pull = PosturePull::new(&robot, &[0.01; 7][..n], &[0.01; 7][..n], &[0.0; 7][..n], 5.0, 1.0).unwrap();
         let objective = |scaling| Secondary::Objective(Objective::new(vec![(1.0, indices(rows)[2].clone())]).unwrap(), scaling);
         for secondary in [Secondary::None, objective(Scaling::Gradient), objective(Scaling::Newton), Secondary::Pull(Box::new(pull))] {
-            for method in methods {
+            for method in Method::ALL {
                 let task = Task::axisymmetric([0.1, 0.2, 1.0]).unwrap();
                 let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();
                 let (mut memory, mut rates) = (Memory::default(), [0.0; 7]);

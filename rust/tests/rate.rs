@@ -16,16 +16,6 @@ use crate::common::{Rng, distance, fanuc, iiwa, length, rngs};
 
 /// The capacity of all tests of this file: the largest, so that virtual joints fit.
 const C: usize = 16;
-const METHODS: [Method; 8] = [
-    Method::ResolvedRate,
-    Method::TwistDecomposition,
-    Method::GradientProjection,
-    Method::WeightedInverse,
-    Method::TaskPriority,
-    Method::Householder,
-    Method::Elimination,
-    Method::VirtualJoint,
-];
 
 fn projectors(rng: &mut Rng) -> Vec<Projector> {
     vec![Projector::None, Projector::line(rng.direction()).unwrap(), Projector::plane(rng.direction()).unwrap(), Projector::All]
@@ -128,7 +118,7 @@ proptest! {
         let (h, weights) = (random_h(rng, n), std::array::from_fn(|_| rng.within(0.2, 5.0)));
         for task in tasks(rng) {
             let wanted = reduced(&task, &tool, &twist);
-            for method in METHODS {
+            for method in Method::ALL {
                 let (dq, damped) = motion(method, &task, &robot, &q, &twist, &h, &weights);
                 let got = reduced(&task, &tool, &twist_of(&columns, &dq[..n]));
                 let size = length(&wanted) + length(&h) + length(&dq);
@@ -249,7 +239,7 @@ fn through_singularities() {
         ("shoulder", [0.3, -0.98, 0.25, 0.5, 0.8, 0.1], 1),
     ];
     for (name, centre, joint) in through {
-        for method in METHODS {
+        for method in Method::ALL {
             for scaling in [Scaling::Gradient, Scaling::Newton] {
                 for limits in [true, false] {
                     let secondary = Secondary::Objective(limits_objective(), scaling);
@@ -300,7 +290,7 @@ fn converged_solutions_keep_their_targets() {
                 Target { position, axis: Some(start.axes[2]), frame: start.axes }
             })
             .collect();
-        for method in METHODS {
+        for method in Method::ALL {
             let solver = RateSolver::new(robot.clone(), task, method, secondary(), None, settings()).unwrap();
             let mut count = 0;
             solver.follow::<C>(&targets, &q0, &mut Memory::default(), |point| {
@@ -346,7 +336,7 @@ fn the_task_comes_before_the_secondary_motion() {
     let objective = Objective::new(vec![(-1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
     let secondary = Secondary::Objective(objective, Scaling::Gradient);
     let mut held = 0;
-    for method in METHODS {
+    for method in Method::ALL {
         let settings = RateSettings { gain: 5.0, ..settings() };
         let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();
         for twist in [[0.1, -0.1, 0.05, 0.02, -0.03, 0.01], [-0.1, 0.1, -0.05, -0.02, 0.03, -0.01]] {

@@ -144,16 +144,6 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
 
 /// A method of the rate level with numbers of any kind: no NaN leaves a step.
 fn rate_trial(subject: &Subject, rng: &mut Rng, q: &[f64], twist: &[f64; 6], target: &Target) {
-    let methods = [
-        Method::ResolvedRate,
-        Method::TwistDecomposition,
-        Method::GradientProjection,
-        Method::WeightedInverse,
-        Method::TaskPriority,
-        Method::Householder,
-        Method::Elimination,
-        Method::VirtualJoint,
-    ];
     let projector = |rng: &mut Rng| match rng.below(4) {
         0 => Projector::None,
         1 => Projector::line(rng.direction()).unwrap(),
@@ -176,7 +166,7 @@ fn rate_trial(subject: &Subject, rng: &mut Rng, q: &[f64], twist: &[f64; 6], tar
         correct: rng.below(8) == 0,
         tolerance: 1e-9,
     };
-    let Ok(solver) = RateSolver::new(subject.robot.clone(), task, methods[rng.below(8)], secondary, None, settings) else { return };
+    let Ok(solver) = RateSolver::new(subject.robot.clone(), task, Method::ALL[rng.below(8)], secondary, None, settings) else { return };
     let mut rates = vec![f64::NAN; q.len()];
     solver.step::<MAX_JOINTS>(q, twist, &mut Memory::default(), &mut rates);
     assert!(rates.iter().all(|x| !x.is_nan()), "NaN rates of {solver:?} from {q:?} {twist:?}: {rates:?}");

@@ -8,6 +8,8 @@ mod objective;
 mod posture;
 mod rate;
 mod robot;
+mod secondary;
+mod solution;
 mod sqp;
 mod task;
 
@@ -28,11 +30,13 @@ mod _core {
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
     use super::rate::{
-        Elimination, GradientProjection, Householder, PyPosturePull, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition,
-        VirtualJoint, WeightedInverse,
+        Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
+        WeightedInverse,
     };
     #[pymodule_export]
     use super::robot::PyRobot;
+    #[pymodule_export]
+    use super::secondary::PyPosturePull;
     #[pymodule_export]
     use super::sqp::PyOrthogonalSqp;
     #[pymodule_export]

@@ -3,125 +3,19 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use numpy::{PyArray1, PyArrayDyn};
-use pyo3::exceptions::PyTypeError;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use super::array::{Rows, elements, ok, output, read_list, read_rows, read_vector, vector};
+use super::array::{elements, ok, output, read_list, read_vector};
 use super::objective::PyObjective;
 use super::robot::PyRobot;
-use super::sqp::status_name;
+use super::secondary::{scaling, secondary};
+use super::solution::{self, Followed, Solved, followed, solved};
 use super::task::PyTask;
-use crate::error::Error;
 use crate::linalg::{MAX_JOINTS, Row6};
-use crate::resolve::{Memory, Method, PosturePull, RateSettings, RateSolver, RateStatus, Scaling, Secondary, Solution, SolveStatus};
-use crate::robot::Robot;
+use crate::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Solution};
 use crate::task::Target;
 use crate::with_capacity;
-
-/// Huo's secondary task (Huo 2009, eq. 3.17, 3.31, 4.9, 4.12): the pull of the middle posture, and of the posture where the parameter of
-/// singularity w_ps was last acceptable: ``h = w * (middle - q) + k * w_ps * (q_s - q)``, the second part while ``w_ps >= threshold``.
-///
-/// Parameters
-/// ----------
-/// w : array_like, shape (n,)
-///     Weights of the pull to the middle.
-/// k : array_like, shape (n,), optional
-///     Weights of the pull away from singularity; none if not given.
-/// middle : array_like, shape (n,), optional
-///     The middle posture [rad or m]; that of the joint ranges (0 for joints without) if not given.
-/// threshold : float
-///     Value of w_ps at which the second part sets in.
-/// length : float
-///     Length of the Jacobian for w_ps [m]; the source uses 1.
-///
-/// Raises
-/// ------
-/// NonFiniteError
-///     If a weight is not finite.
-/// InvalidValueError
-///     If the threshold or the length is not positive.
-///
-/// Notes
-/// -----
-/// At a singularity w_ps counts as 1e6; the motion is cut at 0.3 rad or m a joint.
-#[pyclass(name = "PosturePull", frozen, module = "redundancy._core")]
-pub struct PyPosturePull {
-    w: Vec<f64>,
-    k: Option<Vec<f64>>,
-    middle: Option<Vec<f64>>,
-    #[pyo3(get)]
-    threshold: f64,
-    #[pyo3(get)]
-    length: f64,
-}
-
-#[pymethods]
-impl PyPosturePull {
-    #[new]
-    #[pyo3(signature = (w, k=None, middle=None, threshold=5.0, length=1.0))]
-    fn new(
-        w: &Bound<'_, PyAny>,
-        k: Option<&Bound<'_, PyAny>>,
-        middle: Option<&Bound<'_, PyAny>>,
-        threshold: f64,
-        length: f64,
-    ) -> PyResult<Self> {
-        let list = |name: &str, values: &Bound<'_, PyAny>| -> PyResult<Vec<f64>> {
-            let values = read_list(name, values)?;
-            ok(crate::error::check_finite(name, &values))?;
-            Ok(values)
-        };
-        ok(crate::error::check_positive("threshold", threshold))?;
-        ok(crate::error::check_positive("length", length))?;
-        let k = k.map(|k| list("k", k)).transpose()?;
-        let middle = middle.map(|middle| list("middle", middle)).transpose()?;
-        Ok(Self { w: list("w", w)?, k, middle, threshold, length })
-    }
-
-    /// Weights of the pull to the middle, shape (n,).
-    #[getter]
-    fn w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, &self.w)
-    }
-
-    /// Weights of the pull away from singularity, shape (n,), or None.
-    #[getter]
-    fn k<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.k.as_ref().map(|k| vector(py, k))
-    }
-}
-
-impl PyPosturePull {
-    fn pull(&self, robot: &Robot) -> PyResult<PosturePull> {
-        let n = robot.n();
-        let none = vec![0.0; n];
-        let ranges: Vec<f64> = (0..n).map(|i| robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle)).collect();
-        let (k, middle) = (self.k.as_ref().unwrap_or(&none), self.middle.as_ref().unwrap_or(&ranges));
-        ok(PosturePull::new(robot, &self.w, k, middle, self.threshold, self.length))
-    }
-}
-
-fn scaling(name: &str) -> PyResult<Scaling> {
-    match name {
-        "gradient" => Ok(Scaling::Gradient),
-        "newton" => Ok(Scaling::Newton),
-        _ => Err(Error::value("scaling", format!("{name:?}"), "\"gradient\" or \"newton\"").into()),
-    }
-}
-
-fn secondary(objective: Option<&Bound<'_, PyAny>>, robot: &Robot, scaling: Scaling) -> PyResult<Secondary> {
-    let Some(objective) = objective else { return Ok(Secondary::None) };
-    if let Ok(objective) = objective.cast::<PyObjective>() {
-        return Ok(Secondary::Objective(objective.get().objective.clone(), scaling));
-    }
-    match objective.cast::<PyPosturePull>() {
-        Ok(pull) => Ok(Secondary::Pull(Box::new(pull.get().pull(robot)?))),
-        Err(_) => {
-            Err(PyTypeError::new_err(format!("objective: got {}, expected an Objective, a PosturePull or None", objective.get_type())))
-        }
-    }
-}
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
@@ -287,11 +181,8 @@ impl PyRateSolver {
         q0: Option<&Bound<'py, PyAny>>,
         starts: usize,
         seed: u64,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &'static str, usize)> {
-        let width = PyTask::width(self.solver.task());
-        let mut row = [0.0; MAX_JOINTS];
-        read_vector("target", target, width, &mut row)?;
-        let target = ok(PyTask::target(self.solver.task(), &row))?;
+    ) -> PyResult<Solved<'py>> {
+        let target = solution::target(self.solver.task(), target)?;
         let (n, columns) = (self.solver.robot().n(), self.solver.columns());
         let solver = &self.solver;
         let solution = match q0 {
@@ -302,10 +193,7 @@ impl PyRateSolver {
             None => py.detach(|| with_capacity!(columns, best(solver, &target, starts, seed))),
         };
         self.check(py)?;
-        Ok(match solution {
-            Some(s) => (vector(py, &s.q[..n]), s.value, status_name(s.status), s.iterations),
-            None => (vector(py, &[f64::NAN; MAX_JOINTS][..n]), f64::NAN, status_name(SolveStatus::Unreachable), 0),
-        })
+        Ok(solved(py, solution, n))
     }
 
     /// Along some targets, each solved from the posture of the one before.
@@ -327,26 +215,8 @@ impl PyRateSolver {
     ///     As for `solve`.
     /// iterations : int
     ///     Steps altogether.
-    fn follow_chunk<'py>(
-        &self,
-        py: Python<'py>,
-        targets: &Bound<'py, PyAny>,
-        q0: &Bound<'py, PyAny>,
-    ) -> PyResult<(
-        Bound<'py, PyArrayDyn<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Vec<&'static str>,
-        usize,
-    )> {
-        let width = PyTask::width(self.solver.task());
-        let rows = match read_rows("targets", targets, width)? {
-            Rows::Many(rows) => rows,
-            Rows::One(row) => row[..width].to_vec(),
-        };
-        let targets: Vec<Target> =
-            rows.chunks_exact(width).map(|row| ok(PyTask::target(self.solver.task(), row))).collect::<PyResult<_>>()?;
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
+        let targets = solution::targets(self.solver.task(), targets)?;
         let q = self.posture("q0", q0)?;
         let (n, columns) = (self.solver.robot().n(), self.solver.columns());
         let (mut memory, end) = *self.remembered();
@@ -357,14 +227,7 @@ impl PyRateSolver {
         let points = py.detach(|| with_capacity!(columns, follow(solver, &targets, &q[..n], &mut memory)));
         *self.remembered() = (memory, points.last().map_or(q, |point| point.q));
         self.check(py)?;
-        let array = output(py, None, [points.len(), n])?;
-        for (row, point) in elements(&array).chunks_exact_mut(n).zip(&points) {
-            row.copy_from_slice(&point.q[..n]);
-        }
-        let column = |f: fn(&Solution) -> f64| vector(py, &points.iter().map(f).collect::<Vec<_>>());
-        let statuses = points.iter().map(|p| status_name(p.status)).collect();
-        let iterations = points.iter().map(|p| p.iterations).sum();
-        Ok((array, column(|p| p.value), column(|p| p.position_error), column(|p| p.angle_error), statuses, iterations))
+        followed(py, &points, n)
     }
 
     /// The same solver with another secondary task: an Objective, a PosturePull or None.

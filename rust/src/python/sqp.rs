@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::{Rows, elements, ok, output, read_rows, read_vector, vector};
+use super::array::{elements, ok, output, read_vector, vector};
 use super::objective::PyObjective;
 use super::robot::PyRobot;
+use super::solution::{self, Followed, Solved, followed, solved};
 use super::task::PyTask;
 use crate::error::Error;
 use crate::kinematics::forward;
 use crate::linalg::{MAX_JOINTS, Row6};
-use crate::resolve::{OrthogonalSqp, Settings, Solution, SolveStatus, StepStatus};
+use crate::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
 use crate::with_capacity;
@@ -55,14 +56,6 @@ pub struct PyOrthogonalSqp {
     last: AtomicU8,
 }
 
-pub fn status_name(status: SolveStatus) -> &'static str {
-    match status {
-        SolveStatus::Converged => "converged",
-        SolveStatus::OnTarget => "on target",
-        SolveStatus::Unreachable => "unreachable",
-    }
-}
-
 fn rate<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, out: &mut [f64]) -> StepStatus {
     solver.step::<C>(q, twist, out)
 }
@@ -91,23 +84,6 @@ impl PyOrthogonalSqp {
         let mut buffer = [0.0; MAX_JOINTS];
         read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
         Ok(buffer)
-    }
-
-    fn targets(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Target>> {
-        let task = self.solver.task();
-        let width = PyTask::width(task);
-        let rows = match read_rows(name, value, width)? {
-            Rows::Many(rows) => rows,
-            Rows::One(row) => row[..width].to_vec(),
-        };
-        rows.chunks_exact(width).map(|row| ok(PyTask::target(task, row))).collect()
-    }
-
-    fn target(&self, value: &Bound<'_, PyAny>) -> PyResult<Target> {
-        let mut row = [0.0; MAX_JOINTS];
-        let width = PyTask::width(self.solver.task());
-        read_vector("target", value, width, &mut row)?;
-        ok(PyTask::target(self.solver.task(), &row))
     }
 }
 
@@ -220,7 +196,7 @@ impl PyOrthogonalSqp {
     ///     As for `solve`.
     fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let q = self.posture("q", q)?;
-        let target = self.target(target)?;
+        let target = solution::target(self.solver.task(), target)?;
         let n = self.solver.robot().n();
         Ok(vector(py, &with_capacity!(n, error(self.solver.robot(), self.solver.task(), &q[..n], &target))))
     }
@@ -254,8 +230,8 @@ impl PyOrthogonalSqp {
         q0: Option<&Bound<'py, PyAny>>,
         starts: usize,
         seed: u64,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, &'static str, usize)> {
-        let target = self.target(target)?;
+    ) -> PyResult<Solved<'py>> {
+        let target = solution::target(self.solver.task(), target)?;
         let n = self.solver.robot().n();
         let solver = &self.solver;
         let solution = match q0 {
@@ -266,10 +242,7 @@ impl PyOrthogonalSqp {
             None => py.detach(|| with_capacity!(n, best(solver, &target, starts, seed))),
         };
         self.objective.get().check()?;
-        Ok(match solution {
-            Some(s) => (vector(py, &s.q[..n]), s.value, status_name(s.status), s.iterations),
-            None => (vector(py, &[f64::NAN; MAX_JOINTS][..n]), f64::NAN, status_name(SolveStatus::Unreachable), 0),
-        })
+        Ok(solved(py, solution, n))
     }
 
     /// Along some targets, each solved from the posture of the one before.
@@ -291,32 +264,13 @@ impl PyOrthogonalSqp {
     ///     As for `solve`.
     /// iterations : int
     ///     Steps altogether.
-    fn follow_chunk<'py>(
-        &self,
-        py: Python<'py>,
-        targets: &Bound<'py, PyAny>,
-        q0: &Bound<'py, PyAny>,
-    ) -> PyResult<(
-        Bound<'py, PyArrayDyn<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<f64>>,
-        Vec<&'static str>,
-        usize,
-    )> {
-        let targets = self.targets("targets", targets)?;
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
+        let targets = solution::targets(self.solver.task(), targets)?;
         let q = self.posture("q0", q0)?;
         let n = self.solver.robot().n();
         let solver = &self.solver;
         let points = py.detach(|| with_capacity!(n, follow(solver, &targets, &q[..n])));
         self.objective.get().check()?;
-        let array = output(py, None, [points.len(), n])?;
-        for (row, point) in elements(&array).chunks_exact_mut(n).zip(&points) {
-            row.copy_from_slice(&point.q[..n]);
-        }
-        let column = |f: fn(&Solution) -> f64| vector(py, &points.iter().map(f).collect::<Vec<_>>());
-        let statuses = points.iter().map(|p| status_name(p.status)).collect();
-        let iterations = points.iter().map(|p| p.iterations).sum();
-        Ok((array, column(|p| p.value), column(|p| p.position_error), column(|p| p.angle_error), statuses, iterations))
+        followed(py, &points, n)
     }
 }

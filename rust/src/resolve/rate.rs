@@ -104,6 +104,18 @@ fn plus<const C: usize>(a: &[f64; C], b: &[f64; C]) -> [f64; C] {
 }
 
 impl Method {
+    /// Every method.
+    pub const ALL: [Self; 8] = [
+        Self::TwistDecomposition,
+        Self::VirtualJoint,
+        Self::GradientProjection,
+        Self::Householder,
+        Self::Elimination,
+        Self::WeightedInverse,
+        Self::TaskPriority,
+        Self::ResolvedRate,
+    ];
+
     /// The columns that the method's system adds to those of the joints.
     pub fn extra_columns(self, task: &Task) -> usize {
         if self == Self::VirtualJoint { 6 - task.dimension() } else { 0 }
