@@ -136,7 +136,9 @@ impl<const C: usize> RateBounds<C> {
         }
         for i in 0..rates.len() {
             let (low, high) = self.interval(i);
-            rates[i] = (slower * rates[i]).clamp(low, high);
+            // Numbers near the largest there are can overflow on the way: such a joint stands still.
+            let wanted = slower * rates[i];
+            rates[i] = if wanted.is_finite() { wanted.clamp(low, high) } else { 0.0 };
         }
     }
 }
