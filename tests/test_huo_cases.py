@@ -1,8 +1,5 @@
 """The example tasks of Huo's thesis, `docs/huo_cases.py`, checked from outside: geometry, starts and reach."""
 
-import importlib.util
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,21 +8,12 @@ import redundancy as rd
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
+from tests.reference.pages import load
+
 F64 = NDArray[np.float64]
 
 
-def load() -> Any:
-    file = Path(__file__).resolve().parent.parent / "docs" / "huo_cases.py"
-    spec = importlib.util.spec_from_file_location("huo_cases", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["huo_cases"] = module  # dataclasses look it up there
-    spec.loader.exec_module(module)
-    return module
-
-
-huo = load()
+huo: Any = load("huo_cases")
 CASES = {build.__name__: build() for build in huo.BUILDERS}
 CASES["m710_cylinders_tilted"] = huo.m710_cylinders(np.pi / 3)
 MIDDLES = {"puma_pipe": np.deg2rad([90.0, -60.0, 180.0, 45.0, 60.0, 180.0])}  # (3.18)

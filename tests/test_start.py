@@ -1,8 +1,5 @@
 """Start postures: never worse than the default one, inside, distinct; closed paths that close; bad input."""
 
-import importlib.util
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,21 +8,12 @@ import redundancy as rd
 from numpy.typing import NDArray
 from redundancy.start import StartSearch, best_start, cyclic_start
 
+from tests.reference.pages import load
+
 F64 = NDArray[np.float64]
 
 
-def load() -> Any:
-    file = Path(__file__).resolve().parent.parent / "docs" / "huo_cases.py"
-    spec = importlib.util.spec_from_file_location("huo_cases", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["huo_cases"] = module  # dataclasses look it up there
-    spec.loader.exec_module(module)
-    return module
-
-
-huo = load()
+huo: Any = load("huo_cases")
 CASES = {build.__name__: build() for build in huo.BUILDERS}
 MILL = rd.robots.get("fanuc_m710ic50_milling")
 HELIX = rd.Toolpath.helix(0.25, 0.5 / np.pi, 0.0, np.pi / 2, np.pi, (1.3, 1.0, 0.0), 101)

@@ -1,11 +1,7 @@
 """Weights that tune themselves: closed-form surfaces, the rule and the cases of the thesis, whole runs on a robot."""
 
-import importlib.util
 import math
-import sys
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -13,6 +9,8 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import weights as rw
+
+from tests.reference.pages import load
 
 F64 = NDArray[np.float64]
 FANUC = rd.robots.get("fanuc_m710ic50")
@@ -349,22 +347,8 @@ def test_weights_that_do_not_vary_follow_as_fixed_ones() -> None:
     np.testing.assert_allclose(varying.trajectory.q, fixed.q, atol=1e-9)
 
 
-def huo_cases() -> ModuleType:
-    file = Path(__file__).parents[1] / "docs" / "huo_cases.py"
-    if not file.exists():
-        pytest.skip("no docs/huo_cases.py")
-    specification = importlib.util.spec_from_file_location("huo_cases", file)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    # Where the dataclasses of the module look it up.
-    sys.modules["huo_cases"] = module
-    specification.loader.exec_module(module)
-    return module
-
-
 def test_welded_cylinders_of_the_thesis() -> None:
-    case = huo_cases().m710_cylinders(math.pi / 3)
+    case = load("huo_cases").m710_cylinders(math.pi / 3)
     tuned = rw.self_adapt(case.robot, case.path, case.task, start=case.start, max_runs=40, progress=False)
     assert rw.better(tuned.performance, tuned.history[0].performance)
     assert tuned.performance.within_limits
