@@ -13,6 +13,7 @@ from tests.reference.chain import F64, Chain, chains, random_frame
 
 KINDS = {
     "abb_irb120": "RRRRRR",
+    "abb_irb2400": "RRRRRR",
     "baxter_left": "RRRRRRR",
     "fanuc_m16ib": "RRRRRR",
     "fanuc_m710ic50": "RRRRRR",
@@ -27,6 +28,7 @@ KINDS = {
 }
 # Tool point at all joints zero [m], from the drawings: sums of link lengths along the axes.
 STRETCHED = {
+    "abb_irb2400": (0.100 + 0.755 + 0.085, 0.0, 0.615 + 0.705 + 0.135),
     "abb_irb120": (0.302 + 0.072, 0.0, 0.290 + 0.270 + 0.070),
     "kuka_iiwa14": (0.0, 0.0, 0.360 + 0.420 + 0.400 + 0.126),
     "panda": (0.088, 0.0, 0.333 + 0.316 + 0.384 - 0.107),
@@ -38,6 +40,8 @@ STRETCHED = {
 LIMITS = {
     ("abb_irb120", 0): (-165.0, 165.0),
     ("abb_irb120", 2): (-110.0, 70.0),
+    ("abb_irb2400", 2): (-60.0, 65.0),
+    ("abb_irb2400", 5): (-400.0, 400.0),
     ("kuka_iiwa14", 0): (-170.0, 170.0),
     ("kuka_iiwa14", 6): (-175.0, 175.0),
     ("ur5e", 0): (-360.0, 360.0),

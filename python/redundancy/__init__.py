@@ -39,6 +39,7 @@ from ._core import (
     build_profile,
     rms_length,
 )
+from .cells import on_rail, with_turntable
 from .errors import (
     InvalidValueError,
     ModelError,
@@ -49,6 +50,7 @@ from .errors import (
     UnknownRobotError,
 )
 from .follow import follow
+from .plan import Plan, PlanFailure, plan
 from .posture import (
     PlanarTetrahedron,
     PostureResult,
@@ -56,6 +58,7 @@ from .posture import (
     minimum_condition_posture,
     planar_tetrahedron,
 )
+from .redundancy_map import RedundancyMap, redundancy_map
 from .start import CyclicStart, StartSearch, best_start, cyclic_start
 from .toolpath import Toolpath
 from .trajectory import Trajectory
@@ -75,11 +78,14 @@ __all__ = [
     "NonFiniteError",
     "Objective",
     "OrthogonalSQP",
+    "Plan",
+    "PlanFailure",
     "PlanarTetrahedron",
     "PosturePull",
     "PostureResult",
     "RateSolver",
     "RedundancyError",
+    "RedundancyMap",
     "ResolvedRate",
     "Robot",
     "ShapeError",
@@ -102,8 +108,12 @@ __all__ = [
     "cyclic_start",
     "follow",
     "minimum_condition_posture",
+    "plan",
+    "on_rail",
     "planar_tetrahedron",
+    "redundancy_map",
     "rms_length",
     "robots",
     "weights",
+    "with_turntable",
 ]

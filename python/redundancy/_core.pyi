@@ -18,6 +18,7 @@ __all__ = [
     "GradientProjection",
     "Householder",
     "JointLimits",
+    "Lattice",
     "LimitBarrier",
     "Manipulability",
     "Objective",
@@ -36,8 +37,12 @@ __all__ = [
     "__version__",
     "build_profile",
     "characteristic_length",
+    "find_route",
+    "least_value",
     "minimum_condition_posture",
     "planar_tetrahedron",
+    "refine_path",
+    "restore_path",
     "rms_length",
 ]
 
@@ -119,6 +124,32 @@ class Robot:
         qdd_max: ArrayLike | None = None,
     ) -> Robot: ...
     def with_name(self, name: str) -> Robot: ...
+    def with_fixed(self, fixed: dict[int, float]) -> Robot: ...
+    @property
+    def structure(self) -> Literal["wrist", "parallel", "general", "none"]: ...
+    @overload
+    def inverse(
+        self,
+        pose: ArrayLike,
+        *,
+        fixed: dict[int, float] | None = None,
+        arm_angle: float | None = None,
+        limits: bool = False,
+        turns: bool = False,
+        report: Literal[False] = False,
+    ) -> _F64: ...
+    @overload
+    def inverse(
+        self,
+        pose: ArrayLike,
+        *,
+        fixed: dict[int, float] | None = None,
+        arm_angle: float | None = None,
+        limits: bool = False,
+        turns: bool = False,
+        report: Literal[True],
+    ) -> tuple[_F64, NDArray[np.bool_], bool]: ...
+    def arm_angle(self, q: ArrayLike) -> float: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -461,3 +492,73 @@ def minimum_condition_posture(
 def characteristic_length(robot: Robot, q: ArrayLike, rows: Sequence[int] | None = None) -> float: ...
 def rms_length(robot: Robot, q: ArrayLike) -> float: ...
 def planar_tetrahedron(robot: Robot, q: ArrayLike, length: float) -> dict[str, Any]: ...
+
+@final
+class Lattice:
+    def __new__(
+        cls,
+        robot: Robot,
+        frames: ArrayLike,
+        axis: ArrayLike,
+        angles: ArrayLike,
+        spare: Sequence[int],
+        values: ArrayLike,
+        objective: Objective | None = None,
+        limits: bool = True,
+    ) -> Self: ...
+    @property
+    def shape(self) -> tuple[int, int, int]: ...
+    @property
+    def named(self) -> bool: ...
+    def postures(self, first: int, count: int) -> tuple[_F64, _F64, NDArray[np.uint8]]: ...
+    def survey(self, first: int, count: int) -> tuple[_F64, NDArray[np.uint8]]: ...
+    def nearest_to_limits(self, point: int) -> tuple[int, float] | None: ...
+
+def find_route(
+    robot: Robot,
+    q: ArrayLike,
+    value: ArrayLike,
+    cause: NDArray[np.uint8],
+    shape: tuple[int, int, int],
+    named: bool,
+    weights: ArrayLike,
+    steps: ArrayLike,
+    bounds: ArrayLike,
+    criterion: str,
+    smoothness: float,
+    window: int,
+    slice_window: int,
+    around: bool,
+    branch_step: float,
+    limits: bool,
+    closed: bool,
+) -> tuple[_F64, list[int], float, tuple[int, float] | None]: ...
+def refine_path(
+    robot: Robot,
+    task: Task,
+    targets: ArrayLike,
+    q: ArrayLike,
+    objective: Objective | None,
+    criterion: str,
+    smoothness: float,
+    weights: ArrayLike,
+    steps: ArrayLike,
+    bounds: ArrayLike,
+    limits: bool,
+    turns: ArrayLike | None,
+    length: float,
+    max_iterations: int,
+) -> tuple[_F64, _F64, float, float, float, int, str, tuple[str, int, int] | None]: ...
+def least_value(
+    robot: Robot,
+    task: Task,
+    target: ArrayLike,
+    postures: ArrayLike,
+    values: ArrayLike,
+    objective: Objective,
+    limits: bool,
+    length: float,
+) -> float: ...
+def restore_path(
+    robot: Robot, task: Task, targets: ArrayLike, q: ArrayLike, length: float
+) -> tuple[_F64, NDArray[np.bool_]]: ...

@@ -6,6 +6,7 @@ mod allocation;
 mod batch;
 mod common;
 mod derivatives;
+mod inverse;
 mod linalg;
 mod optimize;
 mod oracle;

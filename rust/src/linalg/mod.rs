@@ -3,6 +3,7 @@
 //! The sizes of this field (6 rows, at most [`MAX_JOINTS`] columns) are too small for a general library's blocking, and the number of
 //! joints is known only at run time; `benches/linalg.rs` measures these routines beside nalgebra and faer.
 
+pub mod banded;
 pub mod cholesky;
 pub mod frame;
 pub mod householder;

@@ -4,7 +4,9 @@ mod array;
 mod custom;
 mod errors;
 mod index;
+mod inverse;
 mod objective;
+mod plan;
 mod posture;
 mod rate;
 mod robot;
@@ -26,6 +28,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::objective::PyObjective;
+    #[pymodule_export]
+    use super::plan::{PyLattice, find_route_py, least_value_py, refine_path, restore_path};
     #[pymodule_export]
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]

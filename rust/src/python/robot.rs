@@ -1,14 +1,16 @@
 //! `redundancy.Robot`.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::array::{elements, map_rows, ok, output, read_any, read_list, read_matrix, read_vector, vector};
-use crate::error::Error;
+use super::inverse::{self, Wanted, read_fixed};
+use crate::error::{Error, Result};
+use crate::inverse::{ArmAngle, Inverse, Structure};
 use crate::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
@@ -26,9 +28,22 @@ use crate::with_capacity;
 /// ShapeError, NonFiniteError
 ///     If an array has the wrong shape or holds NaN or infinities.
 #[pyclass(name = "Robot", frozen, eq, module = "redundancy._core")]
-#[derive(PartialEq)]
 pub struct PyRobot {
     pub robot: Arc<Robot>,
+    /// Made when first asked for.
+    inverse: OnceLock<Result<Inverse>>,
+}
+
+impl PartialEq for PyRobot {
+    fn eq(&self, other: &Self) -> bool {
+        self.robot == other.robot
+    }
+}
+
+impl From<Robot> for PyRobot {
+    fn from(robot: Robot) -> Self {
+        Self { robot: Arc::new(robot), inverse: OnceLock::new() }
+    }
 }
 
 type Maybe<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -57,7 +72,7 @@ fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Ma
         robot = robot.with_base(base);
     }
     let limits = limits(&robot, given)?;
-    Ok(PyRobot { robot: Arc::new(ok(robot.with_limits(limits))?) })
+    Ok(PyRobot::from(ok(robot.with_limits(limits))?))
 }
 
 fn matrix<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -344,25 +359,119 @@ impl PyRobot {
     /// The same robot with another tool frame (4, 4) in its flange frame.
     fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
         let tool = ok(Frame::from_matrix("tool", &read_matrix("tool", tool)?))?;
-        Ok(Self { robot: Arc::new(self.robot.with_tool(tool)) })
+        Ok(self.robot.with_tool(tool).into())
     }
 
     /// The same robot with another base frame (4, 4) in the world.
     fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
         let base = ok(Frame::from_matrix("base", &read_matrix("base", base)?))?;
-        Ok(Self { robot: Arc::new(self.robot.with_base(base)) })
+        Ok(self.robot.with_base(base).into())
     }
 
     /// The same robot with other limits; those not given stay.
     #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None))]
     fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
         let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
-        Ok(Self { robot: Arc::new(ok(self.robot.with_limits(limits))?) })
+        Ok(ok(self.robot.with_limits(limits))?.into())
     }
 
     /// The same robot under another name.
     fn with_name(&self, name: &str) -> Self {
-        Self { robot: Arc::new(self.robot.with_name(name)) }
+        self.robot.with_name(name).into()
+    }
+
+    /// The same robot with some joints held: ``{joint: coordinate}``, joints counted from 0, coordinates in rad or m. The others are its joints.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If there is no such joint, or none is left.
+    fn with_fixed(&self, fixed: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(ok(self.robot.with_fixed(&read_fixed(fixed)?))?.into())
+    }
+
+    /// Every posture that takes the tool to a frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose : array_like, shape (4, 4)
+    ///     The tool frame in the base frame [m].
+    /// fixed : dict of int to float, optional
+    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
+    /// arm_angle : float, optional
+    ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
+    /// limits : bool
+    ///     Whether only postures within the position limits are returned.
+    /// turns : bool
+    ///     Whether a joint that can reach the same place in several whole turns is returned in all of them; implies ``limits``.
+    /// report : bool
+    ///     Whether to tell about singularities and completeness.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (k, n)
+    ///     Postures [rad or m], k from 0 to 16; each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
+    ///     to the pose to 1e-9 and none comes twice.
+    /// singular : ndarray of bool, shape (k,)
+    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
+    /// complete : bool
+    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If six revolute joints are not what is left, or the arm has no arm angle.
+    ///
+    /// Notes
+    /// -----
+    /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
+    /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
+    #[pyo3(signature = (pose, *, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        pose: &Bound<'py, PyAny>,
+        fixed: Option<&Bound<'py, PyDict>>,
+        arm_angle: Option<f64>,
+        limits: bool,
+        turns: bool,
+        report: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let found = inverse::solve(py, &self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
+        if report { Ok(inverse::report(py, found).into_pyobject(py)?.into_any()) } else { Ok(found.0.into_any()) }
+    }
+
+    /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
+    /// parallel) or "general"; "none" without six revolute joints.
+    #[getter]
+    fn structure(&self) -> &'static str {
+        match self.inverse.get_or_init(|| Inverse::new(self.robot.clone())).as_ref().map(Inverse::structure) {
+            Ok(Structure::Wrist { .. }) => "wrist",
+            Ok(Structure::Parallel { .. }) => "parallel",
+            Ok(Structure::General) => "general",
+            Err(_) => "none",
+        }
+    }
+
+    /// The angle of the arm's plane [rad], for seven revolute joints of which the first three and the last three meet in a point each.
+    ///
+    /// The plane holds shoulder, wrist and upper arm (axis 3); its angle about the line from shoulder to wrist is counted from the plane that holds
+    /// axis 1 (Shimizu et al. 2008). NaN where the arm is straight or points along axis 1.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (7,)
+    ///     Joint coordinates [rad].
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If the axes do not meet.
+    fn arm_angle(&self, q: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let arm = ok(ArmAngle::new(&self.robot))?;
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, 7, &mut posture)?;
+        Ok(arm.of(&self.robot, &posture[..7]))
     }
 
     fn __repr__(&self) -> String {

@@ -1,6 +1,7 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
 mod dh;
+mod fixed;
 mod limits;
 mod urdf;
 

@@ -1,0 +1,162 @@
+"""From a path to a route: a search over some of its points, more of them where more is needed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import F64
+from ._map_data import CAUSES
+from ._core import Lattice, Objective, Robot, Task, find_route
+from .redundancy_map import Predicate, apply_predicate
+
+_FULL_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How routes are searched; as for `redundancy.plan`."""
+
+    criterion: str
+    smoothness: float
+    angles: F64
+    spare: tuple[int, ...]
+    spare_values: F64
+    limits: bool
+    branches: tuple[int, ...] | None
+    branch_changes: bool
+    max_spin_step: float
+    around: bool
+    feasible: Predicate | None
+
+
+@dataclass(frozen=True)
+class PathData:
+    """A path in numbers: frames, shares and largest motions from point to point."""
+
+    frames: F64
+    steps: F64
+    bounds: F64
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Postures of one layer."""
+
+    q: F64
+    value: F64
+    cause: NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A stretch of layers with a route: the layers' points, their postures, the cost and what ended it, if anything."""
+
+    points: list[int]
+    q: F64
+    cost: float
+    blocked: tuple[int, float] | None = None
+
+
+@dataclass
+class Layers:
+    """The points of a path whose cells are known."""
+
+    robot: Robot
+    task: Task
+    objective: Objective | None
+    data: PathData
+    settings: SearchSettings
+    cells: dict[int, Cells] = field(default_factory=dict)
+    shape: tuple[int, int, int] = (1, 1, 1)
+    named: bool = True
+
+    def add(self, points: list[int], advance: Callable[[int], None]) -> None:
+        """Compute the cells of some points."""
+        new = [point for point in points if point not in self.cells]
+        if not new:
+            return
+        settings = self.settings
+        lattice = self._lattice(new)
+        self.shape, self.named = lattice.shape, lattice.named
+        chunk = max(1, 2_000_000 // (int(np.prod(self.shape)) * self.robot.n))
+        for first in range(0, len(new), chunk):
+            count = min(chunk, len(new) - first)
+            q, value, cause = lattice.postures(first, count)
+            if settings.feasible is not None:
+                apply_predicate(settings.feasible, q, value, cause)
+            if settings.branches is not None:
+                barred = ~np.isin(np.arange(cause.shape[1]) % self.shape[2], settings.branches)
+                cause[(cause == 0) & barred] = CAUSES.index("predicate")
+            for i in range(count):
+                self.cells[new[first + i]] = Cells(q[i], value[i], cause[i])
+            advance(count)
+
+    def _lattice(self, points: list[int]) -> Lattice:
+        settings = self.settings
+        return Lattice(
+            self.robot,
+            self.data.frames[points],
+            self.task.axis,
+            settings.angles,
+            list(settings.spare),
+            settings.spare_values,
+            self.objective,
+            settings.limits,
+        )
+
+    def nearest_to_limits(self, point: int) -> tuple[int, float] | None:
+        """Return the joint that is least beyond its limit at a point, and by how much."""
+        return self._lattice([point]).nearest_to_limits(0)
+
+    def is_open(self, point: int) -> bool:
+        """Return whether a point has any feasible cell."""
+        return bool((self.cells[point].cause == 0).any())
+
+    def route(self, points: list[int], closed: bool) -> Segment:
+        """Return the best route through some points, or the part of it that there is."""
+        settings, data, n = self.settings, self.data, self.robot.n
+        layers = [self.cells[point] for point in points]
+        spans = list(zip(points[:-1], points[1:], strict=True))
+        steps = np.array([data.steps[a:b].sum() for a, b in spans])
+        steps = steps / steps.sum() if len(steps) else steps
+        bounds = np.array([data.bounds[a:b].sum(axis=0) for a, b in spans]).reshape(-1, n)
+        weights = np.ones(1)
+        if len(steps):
+            weights = np.concatenate([[0.0], 0.5 * steps]) + np.concatenate([0.5 * steps, [0.0]])
+        step = settings.angles[1] - settings.angles[0] if len(settings.angles) > 1 else _FULL_TURN
+        q, cells, cost, blocked = find_route(
+            self.robot,
+            np.stack([layer.q for layer in layers]),
+            np.stack([layer.value for layer in layers]),
+            np.stack([layer.cause for layer in layers]),
+            self.shape,
+            self.named,
+            weights,
+            steps,
+            bounds,
+            settings.criterion,
+            settings.smoothness,
+            max(1, round(settings.max_spin_step / step)),
+            self._slice_window(),
+            settings.around,
+            (0.5 if settings.branch_changes else 0.0) if self.named else 1.0,
+            settings.limits,
+            closed,
+        )
+        return Segment(points[: len(cells)], q, cost, blocked)
+
+    def _slice_window(self) -> int:
+        """Return how many values a spare joint may pass from layer to layer: an eighth of its range.
+
+        Several joints are one after another in the grid, so neighbours lie far apart in it: all are looked at.
+        """
+        return max(1, self.shape[0] // 8) if len(self.settings.spare) == 1 else self.shape[0]
+
+
+def spread(segment: Segment) -> tuple[NDArray[np.intp], F64]:
+    """Return all points of a segment and postures in between by interpolation."""
+    points = np.arange(segment.points[0], segment.points[-1] + 1)
+    q = np.stack([np.interp(points, segment.points, column) for column in segment.q.T], axis=1)
+    return points, q

@@ -1,0 +1,287 @@
+"""The redundancy map: what every spin of the tool is worth, at every point of a path, on every branch."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._arrays import F64
+from ._core import Lattice, Objective, Robot, Task
+from ._map_data import CAUSES
+from ._path_frames import spin_frames
+from ._progress import progress as progress_bar
+from ._spare import angle_grid, spare_grid
+from .errors import InvalidValueError
+from .toolpath import Toolpath
+from .trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Predicate = Callable[[F64], ArrayLike]
+"""Says of postures (M, n) which are allowed, (M,)."""
+
+_CHUNK = 64
+"""Points between two signs of life."""
+
+
+@dataclass(frozen=True, eq=False)
+class RedundancyMap:
+    """Values of an objective over path points, spin angles and branches.
+
+    Attributes
+    ----------
+    robot, path, task, objective
+        What the map is of.
+    angles : ndarray, shape (A,)
+        Spins of the tool [rad] from the frames of the path at spin 0 (its rotations, or frames that never turn about
+        the axis).
+    value : ndarray, shape (N, A, B), or (N, S, A, B) with S values of spare joints
+        Objective; NaN where there is no posture.
+    cause : ndarray of uint8, as value
+        Why: an index of `CAUSES`: feasible, unreachable, joint limit, singular, predicate.
+    named : bool
+        Whether a branch is the same in all cells: shoulder, elbow and wrist of arms with a closed form. Else branches
+        are numbered as they come.
+    spare : tuple of int
+        Joints that are held, counted from 0.
+    spare_values : ndarray, shape (S, k)
+        Where they are held [rad or m].
+    """
+
+    robot: Robot
+    path: Toolpath
+    task: Task
+    objective: Objective | None
+    angles: F64
+    value: F64 = field(repr=False)
+    cause: NDArray[np.uint8] = field(repr=False)
+    named: bool
+    spare: tuple[int, ...] = ()
+    spare_values: F64 = field(default_factory=lambda: np.zeros((1, 0)), repr=False)
+
+    CAUSES = CAUSES
+
+    @property
+    def feasible(self) -> NDArray[np.bool_]:
+        """Where there is a posture; shape of ``value``."""
+        return self.cause == 0
+
+    @property
+    def best(self) -> F64:
+        """Least value over branches and spare joints, shape (N, A); NaN where there is none."""
+        value = np.where(np.isnan(self.value), np.inf, self.value)
+        least = value.min(axis=(1, 3)) if self.value.ndim == 4 else value.min(axis=2)
+        best: F64 = np.where(np.isinf(least), np.nan, least)
+        return best
+
+    def _planes(self) -> tuple[F64, NDArray[np.uint8]]:
+        """Return value and cause (N, A, B), the spare joints counted as branches."""
+        if self.value.ndim == 3:
+            return self.value, self.cause
+        n, s, a, b = self.value.shape
+        return (
+            self.value.transpose(0, 2, 1, 3).reshape(n, a, s * b),
+            self.cause.transpose(0, 2, 1, 3).reshape(n, a, s * b),
+        )
+
+    def plot(
+        self, path: str | Path | None = None, trajectory: Trajectory | None = None, branch: int | None = None
+    ) -> "Figure":
+        """Draw the map: value by colour, causes where there is none, and the spin that a trajectory chose.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to save the picture (``.png``, ``.svg``, ``.pdf``).
+        trajectory : Trajectory, optional
+            Drawn as a line.
+        branch : int, optional
+            One branch only; else the best one of each cell, outlined.
+
+        Raises
+        ------
+        ImportError
+            If matplotlib is not installed.
+        """
+        from . import plots
+
+        value, cause = self._planes()
+        lines = [] if trajectory is None else [plots.MapLine(self.spin_of(trajectory))]
+        figure = plots.redundancy_map_figure(
+            value, cause, self.angles, lines=lines, branch=branch, name=self._name, title=self.robot.name
+        )
+        if path is not None:
+            plots.save(figure, path)
+        return figure
+
+    def write_html(self, file: str | Path, trajectory: Trajectory | None = None) -> None:
+        """Write the map as an interactive page that needs no network.
+
+        Parameters
+        ----------
+        file : path-like
+            The page.
+        trajectory : Trajectory, optional
+            Drawn as a line.
+
+        Raises
+        ------
+        ImportError
+            If plotly is not installed.
+        OSError
+            If the file cannot be written.
+        """
+        from ._html_map import write_map_html
+        from ._map_data import MapLine
+
+        value, cause = self._planes()
+        lines = [] if trajectory is None else [MapLine(self.spin_of(trajectory))]
+        write_map_html(file, value, cause, self.angles, lines=lines, name=self._name, title=self.robot.name)
+
+    @property
+    def _name(self) -> str:
+        return "value" if self.objective is None else str(self.objective)
+
+    def spin_of(self, trajectory: Trajectory) -> F64:
+        """Return the spin of a trajectory along the map's path [rad], shape (N,), from -pi to pi."""
+        frames = spin_frames(self.path, self.task, False)
+        tools = self.robot.fk(trajectory.q)[:, :3, :3]
+        return spins(frames[:, :3, :3], tools, self.task.axis)
+
+
+def spins(frames: F64, tools: F64, axis: F64) -> F64:
+    """Return the angles about the tool's axis from frames to tools, both (N, 3, 3), from -pi to pi."""
+    relative = frames.transpose(0, 2, 1) @ tools
+    skew = np.stack(
+        [
+            relative[:, 2, 1] - relative[:, 1, 2],
+            relative[:, 0, 2] - relative[:, 2, 0],
+            relative[:, 1, 0] - relative[:, 0, 1],
+        ],
+        axis=1,
+    )
+    angle: F64 = np.arctan2(skew @ axis, np.trace(relative, axis1=1, axis2=2) - 1.0)
+    return angle
+
+
+def redundancy_map(
+    robot: Robot,
+    path: Toolpath,
+    task: Task | None = None,
+    objective: Objective | None = None,
+    n_angles: int = 360,
+    *,
+    spin_range: tuple[float, float] | None = None,
+    spare: tuple[int, ...] | None = None,
+    n_spare: int = 24,
+    limits: bool = True,
+    feasible: Predicate | None = None,
+    progress: bool = True,
+) -> RedundancyMap:
+    """Map an objective over path points, spin angles and inverse solutions.
+
+    Parameters
+    ----------
+    robot : Robot
+        Six revolute joints, or more of which some are spare.
+    path : Toolpath
+        N points.
+    task : Task
+        Axisymmetric (default, about z) or full.
+    objective : Objective, optional
+        What cells are worth; 0 where feasible if not given.
+    n_angles : int
+        Spins of the grid; 1 for a full task.
+    spin_range : tuple of float, optional
+        Least and largest spin [rad]; a whole turn if not given.
+    spare : tuple of int, optional
+        Joints that are put on a grid so that six revolute ones are left, counted from 0; chosen so that the rest has
+        a closed form if not given.
+    n_spare : int
+        Values of each spare joint, over its range.
+    limits : bool
+        Whether postures beyond the position limits are out.
+    feasible : callable, optional
+        The user's own reason, such as a collision: gets postures (M, n), returns which are allowed (M,).
+    progress : bool
+        Whether a bar on stderr shows the progress of what takes longer than a second.
+
+    Returns
+    -------
+    RedundancyMap
+        Values, causes, pictures.
+
+    Raises
+    ------
+    InvalidValueError
+        If a setting is out of its domain, or no six revolute joints can be left.
+
+    Notes
+    -----
+    At a singularity of the objective (an infinite value) a cell is "singular". All cores work with the GIL released,
+    except for objectives and predicates in Python.
+
+    Examples
+    --------
+    >>> import redundancy as rd
+    >>> robot = rd.robots.get("fanuc_m710ic50_milling")
+    >>> path = rd.Toolpath.helix(0.25, 0.159, 0.0, 1.57, offset=3.14159, center=(1.3, 1.0, 0.0), points=5)
+    >>> chart = rd.redundancy_map(robot, path, objective=rd.ConditionNumber(0.4856), n_angles=24)
+    >>> chart.value.shape, bool(chart.feasible.any())
+    ((5, 24, 8), True)
+    """
+    task = Task.axisymmetric() if task is None else task
+    frames = spin_frames(path, task, False)
+    angles = angle_grid(task, n_angles, spin_range)
+    chosen, values = spare_grid(robot, spare, n_spare)
+    lattice = Lattice(robot, frames, task.axis, angles, list(chosen), values, objective, limits)
+    shape = (len(path), *lattice.shape)
+    value, cause = np.empty(shape), np.empty(shape, dtype=np.uint8)
+    with progress_bar(len(path), "mapping", progress) as advance:
+        for first in range(0, len(path), _CHUNK):
+            part = slice(first, min(first + _CHUNK, len(path)))
+            count = part.stop - part.start
+            if feasible is None:
+                cells, causes = lattice.survey(first, count)
+            else:
+                q, cells, causes = lattice.postures(first, count)
+                apply_predicate(feasible, q, cells, causes)
+            value[part], cause[part] = cells.reshape(count, *shape[1:]), causes.reshape(count, *shape[1:])
+            advance(count)
+    if len(values) == 1:
+        value, cause = value[:, 0], cause[:, 0]
+    return RedundancyMap(robot, path, task, objective, angles, value, cause, lattice.named, chosen, values)
+
+
+def apply_predicate(feasible: Predicate, q: F64, value: F64, cause: NDArray[np.uint8]) -> None:
+    """Take out, in place, what the user's predicate refuses.
+
+    Parameters
+    ----------
+    feasible : callable
+        The predicate.
+    q : ndarray, shape (M, cells, n)
+        Postures.
+    value, cause : ndarray, shape (M, cells)
+        Changed.
+
+    Raises
+    ------
+    InvalidValueError
+        If the predicate does not answer one truth value a posture.
+    """
+    asked = cause == 0
+    postures = q[asked]
+    if not len(postures):
+        return
+    answer = np.asarray(feasible(postures))
+    if answer.shape != (len(postures),) or answer.dtype != np.bool_:
+        got = f"{answer.dtype} of shape {answer.shape}"
+        raise InvalidValueError(f"feasible returned {got}, expected bool of shape ({len(postures)},)")
+    cells = tuple(axis[~answer] for axis in np.nonzero(asked))
+    cause[cells] = CAUSES.index("predicate")
+    value[cells] = np.nan

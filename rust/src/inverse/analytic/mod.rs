@@ -1,0 +1,19 @@
+//! Every inverse solution of six revolute joints, in closed form where the geometry has one.
+//!
+//! The chain is closed into a loop, `Z(q1) L1 Z(q2) L2 ... Z(q6) L6 = 1`: the target is one more fixed transform, between the last joint and
+//! the first, and the loop may be entered at any joint. So a spherical wrist is the same problem whether it stands at the hand, at the
+//! shoulder or between, and so are three parallel axes.
+
+mod arm_angle;
+mod circle;
+mod parallel;
+mod regional;
+mod solutions;
+mod solver;
+mod structure;
+mod wrist;
+
+pub use arm_angle::ArmAngle;
+pub use solutions::{MAX_SOLUTIONS, Solutions};
+pub use solver::Inverse;
+pub use structure::Structure;

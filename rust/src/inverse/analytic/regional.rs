@@ -1,0 +1,192 @@
+//! The first three joints of a decoupled arm: any three revolute axes that take a point to a place (Pieper 1968).
+
+use super::circle::{on_conic, on_line, product};
+use super::structure::{Turned, across, angle_between, point, square, third_row, turned, unpoint};
+use crate::linalg::frame::Frame;
+use crate::linalg::vector::{Vec3, dot, norm};
+
+/// A point this near to an axis, relative to the size of the arm, is on it.
+const ON_AXIS: f64 = 1e-9;
+/// Directions this near to parallel count as such.
+const PARALLEL: f64 = 1e-9;
+
+/// One solution: sine and cosine are not kept, the angles are what is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Regional {
+    /// Angles [rad].
+    pub q: [f64; 3],
+    /// Which solution: two bits.
+    pub side: u8,
+    /// Whether solutions meet here.
+    pub singular: bool,
+}
+
+/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for.
+#[inline(always)]
+pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, found: impl FnMut(Regional)) -> bool {
+    let arm = Arm { l1, l2, wrist, place, size: norm(l1.origin) + norm(l2.origin) + norm(wrist) };
+    if across(l2.axes[2]) <= PARALLEL * PARALLEL { arm.elbow_parallel(found) } else { arm.any(found) }
+}
+
+struct Arm<'a> {
+    l1: &'a Frame,
+    l2: &'a Frame,
+    wrist: Vec3,
+    place: Vec3,
+    size: f64,
+}
+
+/// A vector that depends on an angle: constant, factor of the cosine, factor of the sine.
+type Wheel = [Vec3; 3];
+
+impl Arm<'_> {
+    /// The wrist seen from behind joint 3, `l2 Z(q3) wrist`.
+    #[inline(always)]
+    fn wheel(&self) -> Wheel {
+        let [x, y, z] = self.wrist;
+        [point(self.l2, [0.0, 0.0, z]), self.l2.rotate([x, y, 0.0]), self.l2.rotate([-y, x, 0.0])]
+    }
+
+    /// `|l2 Z(q3) wrist|^2`; the wheel's spokes are equal and perpendicular.
+    #[inline(always)]
+    fn distance(wheel: &Wheel) -> Turned {
+        Turned { constant: square(wheel[0]) + square(wheel[1]), cosine: 2.0 * dot(wheel[0], wheel[1]), sine: 2.0 * dot(wheel[0], wheel[2]) }
+    }
+
+    /// Axes 2 and 3 parallel, as in most industrial arms: the place along them gives q1, its distance from axis 2 q3.
+    #[inline(always)]
+    fn elbow_parallel(&self, mut found: impl FnMut(Regional)) -> bool {
+        let wheel = self.wheel();
+        // (l1^-1 Z(-q1) place) along z is what the wrist keeps along axis 2 whatever q3 is.
+        let along = Turned::new(self.place, self.l1.axes[2]);
+        let height = wheel[0][2] + dot(self.l1.axes[2], self.l1.origin);
+        let Some(first) = on_line(&along, height, self.size) else {
+            // Axis 1 parallel to the others, or the place on axis 1.
+            return self.shoulder_free(found);
+        };
+        let distance = Self::distance(&wheel);
+        for ((c1, s1), shoulder) in first.iter() {
+            let seen = unpoint(self.l1, turned(c1, -s1, self.place));
+            let Some(third) = on_line(&distance, square(seen), self.size * self.size) else {
+                return false;
+            };
+            for ((c3, s3), elbow) in third.iter() {
+                let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
+                let on_axis = across(wrist) <= (ON_AXIS * self.size).powi(2);
+                let q2 = if on_axis { 0.0 } else { angle_between(wrist, seen) };
+                let singular = on_axis || first.tangent || third.tangent;
+                found(Regional { q: [s1.atan2(c1), q2, s3.atan2(c3)], side: 2 * shoulder + elbow, singular });
+            }
+        }
+        true
+    }
+
+    /// The place is on axis 1: q1 may be chosen, so it is 0.
+    fn shoulder_free(&self, mut found: impl FnMut(Regional)) -> bool {
+        if across(self.place) > (ON_AXIS * self.size).powi(2) {
+            return self.any(found);
+        }
+        let wheel = self.wheel();
+        let seen = unpoint(self.l1, self.place);
+        let Some(third) = on_line(&Self::distance(&wheel), square(seen), self.size * self.size) else {
+            return false;
+        };
+        for ((c3, s3), elbow) in third.iter() {
+            let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
+            found(Regional { q: [0.0, angle_between(wrist, seen), s3.atan2(c3)], side: elbow, singular: true });
+        }
+        true
+    }
+
+    /// Any axes. With x = Z(q2) l2 Z(q3) wrist, the height of the place along axis 1 and its squared distance from the foot of axis 1 do not
+    /// depend on q1 and are linear in x; what x has across axis 2 is known up to its direction.
+    fn any(&self, mut found: impl FnMut(Regional)) -> bool {
+        let wheel = self.wheel();
+        let distance = Self::distance(&wheel);
+        let (u, t) = (self.l1.unrotate(self.l1.origin), third_row(self.l1));
+        // u . x and t . x without the parts along z, as functions of q3: constant, cosine, sine.
+        let f: [f64; 3] = [
+            0.5 * (square(self.place) - distance.constant - square(self.l1.origin)) - u[2] * wheel[0][2],
+            -0.5 * distance.cosine - u[2] * wheel[1][2],
+            -0.5 * distance.sine - u[2] * wheel[2][2],
+        ];
+        let g: [f64; 3] = [self.place[2] - self.l1.origin[2] - t[2] * wheel[0][2], -t[2] * wheel[1][2], -t[2] * wheel[2][2]];
+        // Squared part of x across axis 2.
+        let axial = std::array::from_fn::<f64, 3, _>(|i| wheel[i][2]);
+        let squared = product(axial, axial);
+        let radial: [f64; 6] = std::array::from_fn(|i| [distance.constant, distance.cosine, distance.sine, 0.0, 0.0, 0.0][i] - squared[i]);
+        let det = u[0] * t[1] - u[1] * t[0];
+        let (size_u, size_t) = (u[0].hypot(u[1]), t[0].hypot(t[1]));
+        if det.abs() > PARALLEL * self.size {
+            let x: [f64; 3] = std::array::from_fn(|i| (t[1] * f[i] - u[1] * g[i]) / det);
+            let y: [f64; 3] = std::array::from_fn(|i| (u[0] * g[i] - t[0] * f[i]) / det);
+            let (xx, yy) = (product(x, x), product(y, y));
+            let Some(points) = on_conic(&std::array::from_fn(|i| xx[i] + yy[i] - radial[i])) else {
+                return false;
+            };
+            let at = |f: &[f64; 3], c: f64, s: f64| f[0] + c * f[1] + s * f[2];
+            for ((c, s), side) in points.iter() {
+                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, points.tangent, &mut found);
+            }
+            return true;
+        }
+        // The combination of the two that does not know q2.
+        let (alone, known, row) = if size_t > PARALLEL && size_t * self.size >= size_u {
+            let share = (u[0] * t[0] + u[1] * t[1]) / (size_t * size_t);
+            (std::array::from_fn(|i| f[i] - share * g[i]), t, g)
+        } else if size_u > PARALLEL * self.size {
+            let share = (u[0] * t[0] + u[1] * t[1]) / (size_u * size_u);
+            (std::array::from_fn(|i| g[i] - share * f[i]), u, f)
+        } else {
+            return false;
+        };
+        let alone: [f64; 3] = alone;
+        let line = Turned { constant: alone[0], cosine: alone[1], sine: alone[2] };
+        let Some(third) = on_line(&line, 0.0, self.size * if size_u > PARALLEL * self.size { self.size } else { 1.0 }) else {
+            return false;
+        };
+        for ((c, s), side) in third.iter() {
+            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, third.tangent, &mut found);
+        }
+        true
+    }
+
+    /// q2 from q3 and one linear equation, `known . x = value`.
+    fn with_third(
+        &self,
+        wheel: &Wheel,
+        (c, s): (f64, f64),
+        known: Vec3,
+        value: f64,
+        side: u8,
+        tangent: bool,
+        found: &mut impl FnMut(Regional),
+    ) {
+        let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
+        // known . Z(q2) wrist, without the part along z.
+        let line = Turned { constant: 0.0, ..Turned::new([known[0], known[1], 0.0], wrist) };
+        match on_line(&line, value, norm(known) * self.size) {
+            Some(points) => {
+                for ((c2, s2), other) in points.iter() {
+                    let x = (c2 * wrist[0] - s2 * wrist[1], s2 * wrist[0] + c2 * wrist[1]);
+                    self.close(wheel, (c, s), x, side + other, tangent || points.tangent, found);
+                }
+            }
+            // The wrist is on axis 2: any q2 will do.
+            None => self.close(wheel, (c, s), (wrist[0], wrist[1]), side, true, found),
+        }
+    }
+
+    /// q2 from what x is across axis 2, then q1.
+    fn close(&self, wheel: &Wheel, (c, s): (f64, f64), (x, y): (f64, f64), side: u8, tangent: bool, found: &mut impl FnMut(Regional)) {
+        let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
+        let near = (ON_AXIS * self.size).powi(2);
+        let on_second = across(wrist) <= near;
+        let q2 = if on_second { 0.0 } else { angle_between(wrist, [x, y, 0.0]) };
+        let (sine, cosine) = q2.sin_cos();
+        let seen = point(self.l1, turned(cosine, sine, wrist));
+        let on_first = across(seen) <= near || across(self.place) <= near;
+        let q1 = if on_first { 0.0 } else { angle_between(seen, self.place) };
+        found(Regional { q: [q1, q2, s.atan2(c)], side, singular: tangent || on_first || on_second });
+    }
+}

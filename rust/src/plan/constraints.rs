@@ -1,0 +1,96 @@
+//! What has to hold along a path, each as a slack that has to stay positive.
+
+use super::graph::Criterion;
+use super::problem::PathProblem;
+
+/// Where the common variables stand, beside the postures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Common {
+    /// Ceiling of the values (minimax).
+    pub ceiling: f64,
+    /// How much every limit is widened; only while the path is not within them.
+    pub widening: f64,
+}
+
+/// Which quantity is bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A joint coordinate.
+    Position,
+    /// The motion of a joint from a point to the next.
+    Motion,
+    /// The objective's value, by the ceiling.
+    Value,
+    /// The widening itself, by 0.
+    Widening,
+}
+
+/// `bound - sign x > 0` (and widening).
+#[derive(Debug, Clone, Copy)]
+pub struct Constraint {
+    /// What x is.
+    pub kind: Kind,
+    /// Point, or the point an edge starts from.
+    pub point: usize,
+    /// Joint.
+    pub joint: usize,
+    /// Side of the bound.
+    pub sign: f64,
+    /// Bound of `sign x`.
+    pub bound: f64,
+}
+
+/// Everything that has to hold; without what is infinite.
+pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> {
+    let n = problem.n();
+    let mut all = Vec::new();
+    let mut push = |kind, point, joint, sign: f64, bound: f64| {
+        if bound.is_finite() {
+            all.push(Constraint { kind, point, joint, sign, bound });
+        }
+    };
+    for point in 0..problem.targets.len() {
+        if problem.limits {
+            for joint in 0..n {
+                push(Kind::Position, point, joint, 1.0, problem.robot.limits().q_max[joint]);
+                push(Kind::Position, point, joint, -1.0, -problem.robot.limits().q_min[joint]);
+            }
+        }
+        if problem.criterion == Criterion::Minimax && problem.objective.is_some() {
+            push(Kind::Value, point, 0, 1.0, 0.0);
+        }
+    }
+    for edge in 0..problem.edges() {
+        for joint in 0..n {
+            push(Kind::Motion, edge, joint, 1.0, problem.bounds[edge * n + joint]);
+            push(Kind::Motion, edge, joint, -1.0, problem.bounds[edge * n + joint]);
+        }
+    }
+    if widened {
+        push(Kind::Widening, 0, 0, -1.0, 0.0);
+    }
+    all
+}
+
+impl Constraint {
+    /// Slack at postures with their values.
+    #[inline(always)]
+    pub fn slack<const C: usize>(&self, problem: &PathProblem<'_>, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
+        match self.kind {
+            Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
+            Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
+            Kind::Value => common.ceiling - values[self.point],
+            Kind::Widening => common.widening,
+        }
+    }
+
+    /// Derivative of the slack with respect to the widening.
+    #[inline(always)]
+    pub fn widening_slope(&self) -> f64 {
+        match self.kind {
+            Kind::Position | Kind::Widening => 1.0,
+            Kind::Motion => self.bound,
+            Kind::Value => 0.0,
+        }
+    }
+}

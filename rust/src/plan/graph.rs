@@ -1,0 +1,343 @@
+//! The best way through the cells of a path, layer by layer (Bellman 1957), over all of them or under the lowest possible worst value.
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+
+use super::lattice::Cause;
+
+/// Layers with fewer edges than this are searched on one core.
+const PARALLEL: usize = 100_000;
+/// What the worst value may exceed its minimum by, relative, so that motion has a say among equals.
+const SLACK: f64 = 1e-9;
+
+/// What is minimised over a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// The worst value; among paths that share it, the motion.
+    Minimax,
+    /// The integral of value and motion.
+    Integral,
+}
+
+/// Cells of every layer, and what may follow what.
+#[derive(Debug, Clone)]
+pub struct Graph {
+    /// Joints of a posture.
+    pub n: usize,
+    /// Values of the spare joints.
+    pub slices: usize,
+    /// Spin angles.
+    pub angles: usize,
+    /// Branches of a cell.
+    pub branches: usize,
+    /// Whether branches keep their names, so that only a singularity leads from one to another.
+    pub named: bool,
+    /// How many neighbouring branches have one name: whole turns of the same posture.
+    pub copies: usize,
+    /// Postures, layer by layer.
+    pub q: Vec<f64>,
+    /// Values.
+    pub value: Vec<f64>,
+    /// Why cells are out.
+    pub cause: Vec<u8>,
+    /// Joints whose whole turns do not matter.
+    pub wide: Vec<bool>,
+    /// Share of the path that each layer stands for; they sum to 1.
+    pub weights: Vec<f64>,
+    /// Share of the path from each layer to the next.
+    pub steps: Vec<f64>,
+    /// Largest motions from each layer to the next [rad or m], n a layer.
+    pub bounds: Vec<f64>,
+}
+
+/// How it is searched.
+#[derive(Debug, Clone, Copy)]
+pub struct Search {
+    /// Criterion.
+    pub criterion: Criterion,
+    /// Weight of the integral of the squared joint speed over the path's share.
+    pub smoothness: f64,
+    /// Spin cells that may be crossed from layer to layer, either way.
+    pub window: usize,
+    /// Spare-joint cells that may be crossed.
+    pub slice_window: usize,
+    /// Whether the spin angles close a turn.
+    pub around: bool,
+    /// Largest motion of a joint where the branch changes [rad or m]; 0 forbids it.
+    pub branch_step: f64,
+}
+
+/// A way through the layers.
+#[derive(Debug, Clone)]
+pub struct Route {
+    /// Cell of each layer that was reached.
+    pub cells: Vec<usize>,
+    /// What it costs: worst value, or integral.
+    pub cost: f64,
+    /// Which cells of the last layer can be reached.
+    pub frontier: Vec<bool>,
+}
+
+/// Why there is no way from a layer to the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Blockage {
+    /// The joint that would have to move too far.
+    pub joint: usize,
+    /// How many times its bound, at the easiest of the steps.
+    pub excess: f64,
+}
+
+/// Labels of a layer and the cells they came from.
+struct Labels {
+    cost: Vec<f64>,
+    from: Vec<u32>,
+}
+
+impl Graph {
+    /// Cells of a layer.
+    pub fn cells(&self) -> usize {
+        self.slices * self.angles * self.branches
+    }
+
+    /// Number of layers.
+    pub fn layers(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Posture of a cell.
+    #[inline(always)]
+    pub fn posture(&self, layer: usize, cell: usize) -> &[f64] {
+        let at = (layer * self.cells() + cell) * self.n;
+        &self.q[at..at + self.n]
+    }
+
+    #[inline(always)]
+    fn open(&self, layer: usize, cell: usize) -> bool {
+        self.cause[layer * self.cells() + cell] == Cause::Feasible as u8
+    }
+
+    #[inline(always)]
+    fn value_of(&self, layer: usize, cell: usize) -> f64 {
+        self.value[layer * self.cells() + cell]
+    }
+
+    /// Squared motion between postures of neighbouring layers; `None` where a joint would have to move too far.
+    #[inline(always)]
+    fn motion(&self, from: &[f64], to: &[f64], bounds: &[f64], largest: f64) -> Option<f64> {
+        let mut sum = 0.0;
+        for i in 0..self.n {
+            let mut apart = (to[i] - from[i]).abs();
+            if self.wide[i] && apart > PI {
+                apart -= TAU * (apart / TAU).round();
+                apart = apart.abs();
+            }
+            if apart > bounds[i] || apart > largest {
+                return None;
+            }
+            sum += apart * apart;
+        }
+        Some(sum)
+    }
+
+    /// The best route from the layer `first` on: through all layers, or as far as there is a way. `ends` fixes the first and the last cell.
+    pub fn route(&self, search: &Search, first: usize, ends: Option<(usize, usize)>) -> Route {
+        let route = self.sweep(search, first, ends, None);
+        if search.criterion == Criterion::Integral || route.cells.is_empty() {
+            return route;
+        }
+        // The same layers again under the lowest ceiling, for the least motion.
+        let under = Search { criterion: Criterion::Integral, smoothness: 1.0, ..*search };
+        let smooth = self.sweep(&under, first, ends, Some(route.cost * (1.0 + SLACK)));
+        if smooth.cells.len() < route.cells.len() { route } else { Route { cost: route.cost, ..smooth } }
+    }
+
+    /// One pass of dynamic programming; under a ceiling the values themselves do not count.
+    fn sweep(&self, search: &Search, first: usize, ends: Option<(usize, usize)>, ceiling: Option<f64>) -> Route {
+        let last = self.layers() - 1;
+        let allowed = |layer: usize, cell: usize| {
+            self.open(layer, cell)
+                && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
+                && ends.is_none_or(|(start, end)| (layer != first || cell == start) && (layer != last || cell == end))
+        };
+        let own = |layer: usize, cell: usize| match (search.criterion, ceiling) {
+            (Criterion::Minimax, _) => self.value_of(layer, cell),
+            (Criterion::Integral, None) => self.weights[layer] * self.value_of(layer, cell),
+            (Criterion::Integral, Some(_)) => 0.0,
+        };
+        let start = (0..self.cells()).map(|cell| if allowed(first, cell) { own(first, cell) } else { f64::INFINITY }).collect();
+        let mut labels = vec![Labels { cost: start, from: Vec::new() }];
+        for layer in first + 1..=last {
+            let before = &labels[layer - first - 1].cost;
+            if before.iter().all(|cost| cost.is_infinite()) {
+                break;
+            }
+            let best = |cell: usize| {
+                if allowed(layer, cell) { self.best_step(search, layer, cell, before, own(layer, cell)) } else { (f64::INFINITY, 0) }
+            };
+            let edges = self.cells() * self.branches * (2 * search.window + 1) * (2 * search.slice_window + 1);
+            let found: Vec<(f64, u32)> = if edges >= PARALLEL {
+                (0..self.cells()).into_par_iter().with_min_len(16).map(best).collect()
+            } else {
+                (0..self.cells()).map(best).collect()
+            };
+            let (cost, from) = found.into_iter().unzip();
+            labels.push(Labels { cost, from });
+        }
+        backtrack(&labels)
+    }
+
+    /// The cheapest step into a cell, and where it comes from.
+    #[inline(always)]
+    fn best_step(&self, search: &Search, layer: usize, cell: usize, before: &[f64], own: f64) -> (f64, u32) {
+        let to = self.posture(layer, cell);
+        let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
+        let factor = search.smoothness / self.steps[layer - 1];
+        let name = cell % self.branches / self.copies;
+        let mut best = (f64::INFINITY, 0);
+        self.each_neighbour(search, cell, |start| {
+            for other in 0..self.branches {
+                let from = start + other;
+                if before[from] >= best.0 {
+                    continue;
+                }
+                let largest = if self.named && other / self.copies == name { PI } else { search.branch_step };
+                if largest == 0.0 {
+                    continue;
+                }
+                if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {
+                    let cost = match search.criterion {
+                        Criterion::Minimax => before[from].max(own),
+                        Criterion::Integral => before[from] + own + factor * square,
+                    };
+                    if cost < best.0 {
+                        best = (cost, from as u32);
+                    }
+                }
+            }
+        });
+        best
+    }
+
+    /// Calls `each` with the first cell of every sample within the windows around that of `cell`.
+    #[inline(always)]
+    fn each_neighbour(&self, search: &Search, cell: usize, mut each: impl FnMut(usize)) {
+        let sample = cell / self.branches;
+        let (slice, angle) = ((sample / self.angles) as isize, (sample % self.angles) as isize);
+        let (window, slice_window) = (search.window as isize, search.slice_window as isize);
+        let angles = self.angles as isize;
+        let full = search.around && 2 * window + 1 >= angles;
+        let (low, high) = if full { (0, angles - 1) } else { (angle - window, angle + window) };
+        for s in (slice - slice_window).max(0)..=(slice + slice_window).min(self.slices as isize - 1) {
+            for j in low..=high {
+                let j = if search.around {
+                    j.rem_euclid(angles)
+                } else if (0..angles).contains(&j) {
+                    j
+                } else {
+                    continue;
+                };
+                each((s * angles + j) as usize * self.branches);
+            }
+        }
+    }
+
+    /// Why no cell of `layer` is reached from the one before: the joint in the way, at the step that asks least; `None` when no branch leads on.
+    pub fn blockage(&self, search: &Search, layer: usize, reached: &[bool]) -> Option<Blockage> {
+        let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
+        let mut best: Option<Blockage> = None;
+        for cell in (0..self.cells()).filter(|&cell| self.open(layer, cell)) {
+            let to = self.posture(layer, cell);
+            self.each_neighbour(search, cell, |start| {
+                for from in (start..start + self.branches).filter(|&from| reached[from]) {
+                    let worst = self.excess(self.posture(layer - 1, from), to, bounds);
+                    if best.is_none_or(|b| worst.excess < b.excess) {
+                        best = Some(worst);
+                    }
+                }
+            });
+        }
+        best
+    }
+
+    /// The layers once, then again without the first, which the last one is.
+    pub fn twice(&self) -> Self {
+        let (cells, n) = (self.cells(), self.n);
+        let again = |values: &[f64], skip: usize| [values, &values[skip..]].concat();
+        Self {
+            q: again(&self.q, cells * n),
+            value: again(&self.value, cells),
+            cause: [&self.cause[..], &self.cause[cells..]].concat(),
+            weights: again(&self.weights, 1),
+            steps: again(&self.steps, 0),
+            bounds: again(&self.bounds, 0),
+            wide: self.wide.clone(),
+            ..*self
+        }
+    }
+
+    /// The joint of a motion that exceeds its bound most.
+    fn excess(&self, from: &[f64], to: &[f64], bounds: &[f64]) -> Blockage {
+        let mut worst = Blockage { joint: 0, excess: 0.0 };
+        for i in 0..self.n {
+            let mut apart = (to[i] - from[i]).abs();
+            if self.wide[i] {
+                apart -= TAU * (apart / TAU).round();
+            }
+            // Without a bound of its own a joint still may not jump.
+            let excess = apart.abs() / bounds[i].min(PI);
+            if excess > worst.excess {
+                worst = Blockage { joint: i, excess };
+            }
+        }
+        worst
+    }
+
+    /// The same graph with every whole turn of one wide joint within its limits as a branch of its own.
+    pub fn with_turns(&self, joint: usize, low: f64, high: f64) -> Self {
+        let copies = ((high - low) / TAU).floor() as usize + 1;
+        let (n, b) = (self.n, self.branches);
+        let mut out = Self {
+            branches: b * copies,
+            copies: self.copies * copies,
+            q: Vec::new(),
+            value: Vec::new(),
+            cause: Vec::new(),
+            ..self.clone()
+        };
+        out.wide[joint] = false;
+        for cell in 0..self.value.len() {
+            let row = &self.q[cell * n..(cell + 1) * n];
+            let first = row[joint] + TAU * ((low - row[joint]) / TAU).ceil();
+            for copy in 0..copies {
+                let turned = first + TAU * copy as f64;
+                let inside = turned <= high;
+                out.q.extend_from_slice(row);
+                let at = out.q.len() - n + joint;
+                out.q[at] = turned;
+                out.value.push(self.value[cell]);
+                out.cause.push(if inside { self.cause[cell] } else { self.cause[cell].max(Cause::JointLimit as u8) });
+            }
+        }
+        out
+    }
+}
+
+fn backtrack(labels: &[Labels]) -> Route {
+    let reached = labels.iter().rposition(|labels| labels.cost.iter().any(|cost| cost.is_finite()));
+    let Some(last) = reached else {
+        return Route { cells: Vec::new(), cost: f64::INFINITY, frontier: Vec::new() };
+    };
+    let (mut cell, mut cost) = (0, f64::INFINITY);
+    for (i, &c) in labels[last].cost.iter().enumerate() {
+        if c < cost {
+            (cell, cost) = (i, c);
+        }
+    }
+    let mut cells = vec![cell; last + 1];
+    for layer in (1..=last).rev() {
+        cell = labels[layer].from[cell] as usize;
+        cells[layer - 1] = cell;
+    }
+    Route { cells, cost, frontier: labels[last].cost.iter().map(|cost| cost.is_finite()).collect() }
+}

@@ -1,0 +1,294 @@
+//! What a plan chooses from: every posture at every point of the path, over a grid of the tool's spin and of the joints that are to spare.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::index::{Answers, Objective, Order};
+use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
+use crate::linalg::MAX_JOINTS;
+use crate::linalg::frame::Frame;
+use crate::linalg::vector::Vec3;
+use crate::robot::{Joint, Robot};
+use crate::with_capacity;
+
+/// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
+pub const LIMIT_MARGIN: f64 = 1e-7;
+
+/// Why a cell holds no posture, least bad first: the order in which branches are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Cause {
+    /// It holds one.
+    Feasible = 0,
+    /// No solution of the inverse kinematics on this branch.
+    Unreachable = 1,
+    /// A joint would be beyond its limit.
+    JointLimit = 2,
+    /// The objective is not finite.
+    Singular = 3,
+    /// The user's own reason.
+    Predicate = 4,
+}
+
+/// Joints held at one of the values of the grid, and the six that are left.
+#[derive(Debug, Clone)]
+struct Slice {
+    held: Vec<(usize, f64)>,
+    moving: [usize; 6],
+    inverse: Inverse,
+}
+
+/// The grid.
+#[derive(Debug, Clone)]
+pub struct Lattice {
+    robot: Arc<Robot>,
+    frames: Vec<Frame>,
+    turns: Vec<Frame>,
+    slices: Vec<Slice>,
+    objective: Option<Objective>,
+    limits: bool,
+    branches: usize,
+}
+
+impl Lattice {
+    /// `frames` are those of the tool at spin 0, one a point; the tool may turn by `angles` about `axis` (tool frame). The joints `spare` are
+    /// held at each row of `values` in turn; six revolute joints have to be left.
+    pub fn new(
+        robot: Arc<Robot>,
+        frames: Vec<Frame>,
+        axis: Vec3,
+        angles: &[f64],
+        spare: &[usize],
+        values: &[Vec<f64>],
+        objective: Option<Objective>,
+        limits: bool,
+    ) -> Result<Self> {
+        if let Some(objective) = &objective {
+            objective.check(&robot)?;
+        }
+        if frames.is_empty() || angles.is_empty() || values.is_empty() {
+            return Err(Error::value("path", "empty", "at least one point, one angle and one value of the spare joints"));
+        }
+        let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.contains(i)).collect();
+        let moving: [usize; 6] = moving.try_into().map_err(|left: Vec<usize>| {
+            Error::value("spare", format!("{} joints left", left.len()), "joints that leave six revolute ones")
+        })?;
+        let slices = values
+            .iter()
+            .map(|row| {
+                let held: Vec<(usize, f64)> = spare.iter().copied().zip(row.iter().copied()).collect();
+                let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
+                Ok(Slice { held, moving, inverse })
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
+        let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
+        Ok(Self { robot, frames, turns, slices, objective, limits, branches })
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Spin angles of the grid.
+    pub fn angles(&self) -> usize {
+        self.turns.len()
+    }
+
+    /// Values of the spare joints.
+    pub fn slices(&self) -> usize {
+        self.slices.len()
+    }
+
+    /// Branches of a cell.
+    pub fn branches(&self) -> usize {
+        self.branches
+    }
+
+    /// Whether branches are the same from cell to cell.
+    pub fn has_branches(&self) -> bool {
+        self.branches < MAX_SOLUTIONS
+    }
+
+    /// Cells of one point: spare values by angles by branches.
+    pub fn cells(&self) -> usize {
+        self.slices.len() * self.turns.len() * self.branches
+    }
+
+    /// Postures, values and causes of the points from `first` on, as many as the outputs hold, on every core.
+    pub fn fill(&self, first: usize, q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
+        let (n, cells) = (self.robot.n(), self.cells());
+        q.par_chunks_mut(cells * n).zip(value.par_chunks_mut(cells)).zip(cause.par_chunks_mut(cells)).enumerate().for_each(
+            |(i, ((q, value), cause))| {
+                self.point(first + i, q, value, cause);
+            },
+        );
+    }
+
+    /// As [`Lattice::fill`] without keeping the postures.
+    pub fn survey(&self, first: usize, value: &mut [f64], cause: &mut [u8]) {
+        let (n, cells) = (self.robot.n(), self.cells());
+        value
+            .par_chunks_mut(cells)
+            .zip(cause.par_chunks_mut(cells))
+            .enumerate()
+            .for_each_init(|| vec![0.0; cells * n], |q, (i, (value, cause))| self.point(first + i, q, value, cause));
+    }
+
+    /// One point.
+    fn point(&self, i: usize, q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
+        let (n, b, a) = (self.robot.n(), self.branches, self.turns.len());
+        cause.fill(Cause::Unreachable as u8);
+        value.fill(f64::NAN);
+        let mut feasible = Vec::with_capacity(value.len());
+        for (s, slice) in self.slices.iter().enumerate() {
+            for (j, turn) in self.turns.iter().enumerate() {
+                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                let start = (s * a + j) * b;
+                for k in 0..found.count {
+                    let slot = if self.has_branches() { usize::from(found.branch[k]) } else { k };
+                    let cell = start + slot;
+                    let row = &mut q[cell * n..(cell + 1) * n];
+                    slice.expand(&found, k, row);
+                    if !self.limits || self.robot.limits().margin(row) >= LIMIT_MARGIN {
+                        cause[cell] = Cause::Feasible as u8;
+                        feasible.push(cell);
+                    } else {
+                        cause[cell] = Cause::JointLimit as u8;
+                    }
+                }
+            }
+        }
+        if !self.has_branches() {
+            self.sort_branches(q, cause, &mut feasible);
+        }
+        self.evaluate(q, &feasible, value, cause);
+    }
+
+    /// The objective at the cells that hold a posture.
+    fn evaluate(&self, q: &[f64], feasible: &[usize], value: &mut [f64], cause: &mut [u8]) {
+        let n = self.robot.n();
+        let Some(objective) = &self.objective else {
+            feasible.iter().for_each(|&cell| value[cell] = 0.0);
+            return;
+        };
+        let postures: Vec<f64> = feasible.iter().flat_map(|&cell| q[cell * n..(cell + 1) * n].iter().copied()).collect();
+        let mut values = vec![0.0; feasible.len()];
+        with_capacity!(n, many(objective, &self.robot, &postures, &mut values));
+        for (&cell, got) in feasible.iter().zip(values) {
+            if got.is_finite() {
+                value[cell] = got;
+            } else {
+                cause[cell] = Cause::Singular as u8;
+            }
+        }
+    }
+
+    /// Where solutions come in no order of their own, puts each where the nearest one of the neighbouring angle is.
+    fn sort_branches(&self, q: &mut [f64], cause: &mut [u8], feasible: &mut Vec<usize>) {
+        let (n, b) = (self.robot.n(), self.branches);
+        let none = Cause::Unreachable as u8;
+        for sample in 1..self.turns.len() * self.slices.len() {
+            let (before, now) = ((sample - 1) * b, sample * b);
+            let (old, new) = q[before * n..(now + b) * n].split_at_mut(b * n);
+            let (rows, causes) = (new.to_vec(), cause[now..now + b].to_vec());
+            let mut slots = [None; MAX_SOLUTIONS];
+            let mut placed = [false; MAX_SOLUTIONS];
+            for _ in 0..b {
+                let mut best = (f64::INFINITY, 0, 0);
+                for slot in (0..b).filter(|&slot| slots[slot].is_none() && cause[before + slot] != none) {
+                    for k in (0..b).filter(|&k| !placed[k] && causes[k] != none) {
+                        let apart = distance(&old[slot * n..(slot + 1) * n], &rows[k * n..(k + 1) * n]);
+                        if apart < best.0 {
+                            best = (apart, slot, k);
+                        }
+                    }
+                }
+                if best.0.is_finite() {
+                    (slots[best.1], placed[best.2]) = (Some(best.2), true);
+                }
+            }
+            // What has no neighbour goes where there is room.
+            for k in (0..b).filter(|&k| causes[k] != none) {
+                if !placed[k]
+                    && let Some(slot) = (0..b).find(|&slot| slots[slot].is_none())
+                {
+                    slots[slot] = Some(k);
+                }
+            }
+            for slot in 0..b {
+                cause[now + slot] = slots[slot].map_or(none, |k| causes[k]);
+                if let Some(k) = slots[slot] {
+                    new[slot * n..(slot + 1) * n].copy_from_slice(&rows[k * n..(k + 1) * n]);
+                }
+            }
+        }
+        feasible.clear();
+        feasible.extend((0..cause.len()).filter(|&cell| cause[cell] == Cause::Feasible as u8));
+    }
+
+    /// The joint that keeps point `i` from being feasible, if its limit is what does: the one that is least beyond it over all postures, with
+    /// how far [rad or m].
+    pub fn nearest_to_limits(&self, i: usize) -> Option<(usize, f64)> {
+        let limits = self.robot.limits();
+        let mut best: Option<(usize, f64)> = None;
+        let mut row = [0.0; MAX_JOINTS];
+        for slice in &self.slices {
+            for turn in &self.turns {
+                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                for k in 0..found.count {
+                    let row = &mut row[..self.robot.n()];
+                    slice.expand(&found, k, row);
+                    let (mut joint, mut beyond) = (0, f64::NEG_INFINITY);
+                    for (j, x) in row.iter().enumerate() {
+                        let over = (limits.q_min[j] - x).max(x - limits.q_max[j]);
+                        if over > beyond {
+                            (joint, beyond) = (j, over);
+                        }
+                    }
+                    if best.is_none_or(|(_, least)| beyond < least) {
+                        best = Some((joint, beyond));
+                    }
+                }
+            }
+        }
+        best
+    }
+}
+
+impl Slice {
+    /// Solution `k` with the joints that are held.
+    #[inline(always)]
+    fn expand(&self, found: &Solutions, k: usize, row: &mut [f64]) {
+        for &(joint, value) in &self.held {
+            row[joint] = value;
+        }
+        for (joint, x) in self.moving.iter().zip(found.q[k]) {
+            row[*joint] = x;
+        }
+    }
+}
+
+fn many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], values: &mut [f64]) {
+    objective.evaluate_many::<C>(robot, q, Order::Value, &mut Answers { values, gradients: &mut [], hessians: &mut [] });
+}
+
+/// Largest difference of two postures up to whole turns.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y - TAU * ((x - y) / TAU).round()).abs()).fold(0.0, f64::max)
+}
+
+/// Which joints turn far enough to come round to the same place: their whole turns are decided for the path as a whole.
+pub fn wide_joints(robot: &Robot, limits: bool) -> Vec<bool> {
+    let range = |i: usize| robot.limits().q_max[i] - robot.limits().q_min[i];
+    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU + 2.0 * LIMIT_MARGIN)).collect()
+}

@@ -1,0 +1,249 @@
+//! From a route through a grid to the optimum of the continuous path: a primal-dual interior-point method with exact second derivatives
+//! (Nocedal and Wright 2006, chapter 19), every iterate on the path and within what has to hold.
+
+use super::constraints::{Common, Constraint, constraints};
+use super::graph::Criterion;
+use super::newton_system::{Direction, Model, moved, widening_weight};
+use super::problem::PathProblem;
+use crate::index::Order;
+
+/// The sum of slack times multiplier at the start and at the end, relative to what is minimised.
+const FIRST_GAP: f64 = 1e-2;
+const LAST_GAP: f64 = 1e-9;
+/// Factor by which the barrier's weight falls.
+const FALL: f64 = 0.04;
+/// Part of a slack that a step may not take.
+const KEPT: f64 = 0.005;
+/// Longest motion of a joint in one step [rad or m].
+const LONGEST: f64 = 0.4;
+/// Trial lengths of a step.
+const MAX_HALVINGS: usize = 20;
+/// Widening that is rounding.
+const NONE: f64 = 1e-7;
+
+/// How a refinement ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RefineStatus {
+    /// First-order residual and gap are below their tolerances.
+    Converged,
+    /// The iterations, or the digits, were used up.
+    Stopped,
+    /// Limits leave no path near: what remains beyond them is as little as was found.
+    Infeasible,
+    /// Some point cannot be brought onto the path, or has no free motion.
+    Singular,
+}
+
+/// A refined path.
+#[derive(Debug, Clone)]
+pub struct Refined<const C: usize> {
+    /// Postures.
+    pub q: Vec<[f64; C]>,
+    /// Values of the objective.
+    pub values: Vec<f64>,
+    /// What was minimised.
+    pub cost: f64,
+    /// Largest slope of the Lagrangian along a free motion.
+    pub residual: f64,
+    /// Sum of slacks times multipliers.
+    pub gap: f64,
+    /// Newton steps.
+    pub iterations: usize,
+    /// How it ended.
+    pub status: RefineStatus,
+    /// The constraint that resists most, when infeasible.
+    pub tightest: Option<Constraint>,
+}
+
+/// Postures, and what the barrier needs of them.
+struct State<const C: usize> {
+    q: Vec<[f64; C]>,
+    values: Vec<f64>,
+    common: Common,
+    slack: Vec<f64>,
+    dual: Vec<f64>,
+}
+
+/// The iteration.
+struct Solver<'a, const C: usize> {
+    problem: &'a PathProblem<'a>,
+    constraints: Vec<Constraint>,
+    scale: f64,
+}
+
+/// Refines the postures `q`, one a point, each on or near its target.
+pub fn refine<const C: usize>(problem: &PathProblem<'_>, mut q: Vec<[f64; C]>, max_iterations: usize) -> Refined<C> {
+    if !problem.restore(&mut q) {
+        return ended(problem, q, RefineStatus::Singular);
+    }
+    let values: Vec<f64> = problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
+    let worst = values.iter().fold(0.0f64, |m, v| m.max(*v));
+    let common = Common { ceiling: worst + 1e-3 * worst.abs().max(1e-3), widening: 0.0 };
+    let mut solver = Solver { problem, constraints: constraints(problem, false), scale: 1.0 };
+    let mut state = State { q, values, common, slack: Vec::new(), dual: Vec::new() };
+    solver.scale = solver.cost(&state.q, &state.values, &state.common).abs().max(1e-12);
+    state.slack = solver.slacks(&state.q, &state.values, &state.common);
+    let least = state.slack.iter().zip(&solver.constraints).map(|(s, c)| s / c.widening_slope().max(1e-12)).fold(f64::INFINITY, f64::min);
+    if least <= 0.0 {
+        // Not within the limits: they are widened until it is, and the widening is what costs most.
+        solver.constraints = constraints(problem, true);
+        state.common.widening = -1.1 * least + 1e-6;
+        state.slack = solver.slacks(&state.q, &state.values, &state.common);
+    }
+    solver.run(state, max_iterations)
+}
+
+fn ended<const C: usize>(problem: &PathProblem<'_>, q: Vec<[f64; C]>, status: RefineStatus) -> Refined<C> {
+    let values = problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
+    Refined { q, values, cost: f64::NAN, residual: f64::NAN, gap: f64::NAN, iterations: 0, status, tightest: None }
+}
+
+impl<const C: usize> Solver<'_, C> {
+    fn slacks(&self, q: &[[f64; C]], values: &[f64], common: &Common) -> Vec<f64> {
+        self.constraints.iter().map(|c| c.slack(self.problem, q, values, common)).collect()
+    }
+
+    /// What is minimised.
+    fn cost(&self, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
+        let problem = self.problem;
+        let mut motion = 0.0;
+        for edge in 0..problem.edges() {
+            motion += (0..problem.n()).map(|k| problem.motion(q, edge, k).powi(2)).sum::<f64>() / problem.steps[edge];
+        }
+        let own = match (problem.objective, problem.criterion) {
+            (None, _) => 0.0,
+            (_, Criterion::Minimax) => common.ceiling,
+            (_, Criterion::Integral) => problem.weights.iter().zip(values).map(|(w, v)| w * v).sum(),
+        };
+        own + problem.smoothness * motion + widening_weight(self.scale) * common.widening
+    }
+
+    fn merit(&self, q: &[[f64; C]], values: &[f64], common: &Common, slack: &[f64], mu: f64) -> f64 {
+        self.cost(q, values, common) - mu * slack.iter().map(|s| s.ln()).sum::<f64>()
+    }
+
+    fn run(mut self, mut state: State<C>, max_iterations: usize) -> Refined<C> {
+        let count = self.constraints.len().max(1) as f64;
+        let (mut mu, last) = (FIRST_GAP * self.scale / count, LAST_GAP * self.scale / count);
+        if self.constraints.is_empty() {
+            mu = last;
+        }
+        state.dual = state.slack.iter().map(|s| mu / s).collect();
+        let (n, r) = (self.problem.n(), self.problem.freedoms());
+        let mut out = (f64::NAN, RefineStatus::Stopped);
+        let mut iterations = 0;
+        while iterations < max_iterations {
+            let Some(points) = self.problem.points(&state.q) else {
+                out.1 = RefineStatus::Singular;
+                break;
+            };
+            let model = Model::new(self.problem, &points, &self.constraints, &state.slack, &state.dual, mu, self.scale);
+            out.0 = model.residual(&points, n, r);
+            let complementarity = state.slack.iter().zip(&state.dual).map(|(s, y)| (s * y - mu).abs()).fold(0.0, f64::max);
+            if out.0.max(complementarity) <= 10.0 * mu {
+                if mu <= last {
+                    out.1 = RefineStatus::Converged;
+                    break;
+                }
+                mu = (FALL * mu).max(last);
+                continue;
+            }
+            iterations += 1;
+            let step = model.direction(self.problem, &points, &self.constraints);
+            let taken = step.is_some_and(|step| self.advance(&mut state, &step, mu));
+            if !taken {
+                // Rounding has the last word at this weight.
+                if mu <= last {
+                    break;
+                }
+                mu = (FALL * mu).max(last);
+            }
+            self.drop_widening(&mut state);
+        }
+        self.finish(state, out, iterations)
+    }
+
+    /// Takes the longest of the step, its half, ... that stays within everything and lowers the barrier function.
+    fn advance(&self, state: &mut State<C>, step: &Direction<C>, mu: f64) -> bool {
+        let before = self.merit(&state.q, &state.values, &state.common, &state.slack, mu);
+        let longest = step.dq.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+        let mut alpha = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+        for (s, ds) in state.slack.iter().zip(&step.slack) {
+            if *ds < 0.0 {
+                alpha = alpha.min((1.0 - KEPT) * s / -ds);
+            }
+        }
+        let rounding = 1e-14 * (before.abs() + self.scale);
+        for _ in 0..MAX_HALVINGS {
+            let mut q = state.q.clone();
+            for (q, dq) in q.iter_mut().zip(&step.dq) {
+                for k in 0..C {
+                    q[k] += alpha * dq[k];
+                }
+            }
+            if self.problem.restore(&mut q) {
+                let values: Vec<f64> = self.problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
+                let common = moved(&state.common, &step.common, alpha);
+                let slack = self.slacks(&q, &values, &common);
+                if slack.iter().all(|s| *s > 0.0)
+                    && self.merit(&q, &values, &common, &slack, mu) <= before + 1e-4 * alpha * step.slope + rounding
+                {
+                    self.update_duals(state, step, &slack, mu);
+                    *state = State { q, values, common, slack, dual: std::mem::take(&mut state.dual) };
+                    return longest * alpha > 1e-15 || alpha * step.common[0].abs() > 0.0;
+                }
+            }
+            alpha *= 0.5;
+        }
+        false
+    }
+
+    /// Multipliers by their own Newton step, kept positive and near `mu / slack`.
+    fn update_duals(&self, state: &mut State<C>, step: &Direction<C>, slack: &[f64], mu: f64) {
+        let change: Vec<f64> = state.dual.iter().zip(&state.slack).zip(&step.slack).map(|((y, s), ds)| mu / s - y - y / s * ds).collect();
+        let mut alpha = 1.0f64;
+        for (y, dy) in state.dual.iter().zip(&change) {
+            if *dy < 0.0 {
+                alpha = alpha.min((1.0 - KEPT) * y / -dy);
+            }
+        }
+        for ((y, dy), s) in state.dual.iter_mut().zip(&change).zip(slack) {
+            *y = (*y + alpha * dy).clamp(1e-8 * mu / s, 1e8 * mu / s);
+        }
+    }
+
+    /// Once the path is within its true limits they hold from there on.
+    fn drop_widening(&mut self, state: &mut State<C>) {
+        if state.common.widening == 0.0 {
+            return;
+        }
+        let common = Common { widening: 0.0, ..state.common };
+        let own = self.constraints.len() - 1;
+        let slack: Vec<f64> = self.constraints[..own].iter().map(|c| c.slack(self.problem, &state.q, &state.values, &common)).collect();
+        if slack.iter().all(|s| *s > 0.0) {
+            self.constraints.truncate(own);
+            state.dual.truncate(own);
+            (state.common, state.slack) = (common, slack);
+        }
+    }
+
+    fn finish(self, state: State<C>, (residual, status): (f64, RefineStatus), iterations: usize) -> Refined<C> {
+        let beyond = state.common.widening > NONE;
+        let tightest = beyond
+            .then(|| {
+                let forces = self.constraints.iter().zip(&state.dual).map(|(c, y)| (c, y * c.widening_slope()));
+                forces.take(self.constraints.len() - 1).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(c, _)| *c)
+            })
+            .flatten();
+        Refined {
+            cost: self.cost(&state.q, &state.values, &Common { widening: 0.0, ..state.common }),
+            gap: state.slack.iter().zip(&state.dual).map(|(s, y)| s * y).sum(),
+            q: state.q,
+            values: state.values,
+            residual,
+            iterations,
+            status: if beyond { RefineStatus::Infeasible } else { status },
+            tightest,
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! A route whose joints stay within their limits however often they turn, and that closes where the path does.
+
+use super::graph::{Blockage, Graph, Route, Search};
+use super::turns::{unwind, within_limits};
+use crate::robot::Limits;
+
+/// A route as postures.
+#[derive(Debug, Clone)]
+pub struct FoundRoute {
+    /// Postures of the layers that were reached, n a row, whole turns included.
+    pub q: Vec<f64>,
+    /// Cells of the graph as given.
+    pub cells: Vec<usize>,
+    /// Worst value or integral.
+    pub cost: f64,
+    /// What keeps the next layer from being reached, unless it has no open cell or no branch leads on.
+    pub blockage: Option<Blockage>,
+}
+
+impl FoundRoute {
+    fn none() -> Self {
+        Self { q: Vec::new(), cells: Vec::new(), cost: f64::INFINITY, blockage: None }
+    }
+}
+
+/// The best route from the first layer on, through all layers or as far as there is a way. Whole turns are left out of the search at first:
+/// only joints whose best path does not fit within their limits are searched with them.
+pub fn find_route(graph: &Graph, search: &Search, limits: Option<&Limits>, closed: bool) -> FoundRoute {
+    let mut graph = std::borrow::Cow::Borrowed(graph);
+    let copies = graph.copies;
+    loop {
+        let route = if closed { closed_route(&graph, search) } else { graph.route(search, 0, None) };
+        let reached = route.cells.len();
+        if reached == 0 {
+            return FoundRoute::none();
+        }
+        let n = graph.n;
+        let mut q: Vec<f64> = route.cells.iter().enumerate().flat_map(|(layer, &cell)| graph.posture(layer, cell)).copied().collect();
+        unwind(&mut q, n, &graph.wide);
+        let blockage = (reached < graph.layers()).then(|| graph.blockage(search, reached, &route.frontier)).flatten();
+        let fitted = limits.map_or(Ok(()), |limits| within_limits(&mut q, n, &graph.wide, limits));
+        match (fitted, limits) {
+            (Err(joint), Some(limits)) => {
+                graph = std::borrow::Cow::Owned(graph.with_turns(joint, limits.q_min[joint], limits.q_max[joint]));
+            }
+            _ => {
+                let copies = graph.copies / copies;
+                let cells = route.cells.iter().map(|cell| cell / copies).collect();
+                return FoundRoute { q, cells, cost: route.cost, blockage };
+            }
+        }
+    }
+}
+
+/// A route that ends in the cell it starts from. The seam is taken where the best open route begins, where it ends, and where the best route
+/// twice round comes by; the best of the three is kept.
+fn closed_route(graph: &Graph, search: &Search) -> Route {
+    let open = graph.route(search, 0, None);
+    let last = graph.layers() - 1;
+    if open.cells.len() <= last {
+        return open;
+    }
+    let twice = graph.twice();
+    let round = twice.route(search, 0, None);
+    let seams = [open.cells.first(), open.cells.last(), round.cells.get(last)];
+    let mut best: Option<Route> = None;
+    for &seam in seams.into_iter().flatten() {
+        let route = graph.route(search, 0, Some((seam, seam)));
+        let full = route.cells.len() > last && route.cost.is_finite();
+        if full && best.as_ref().is_none_or(|b| route.cost < b.cost) {
+            best = Some(route);
+        }
+    }
+    best.unwrap_or(Route { cells: Vec::new(), ..open })
+}

@@ -1,0 +1,33 @@
+//! Whole turns of joints along a path.
+
+use std::f64::consts::TAU;
+
+use crate::robot::Limits;
+
+/// Makes wide joints continuous: each posture by whole turns next to the one before.
+pub fn unwind(q: &mut [f64], n: usize, wide: &[bool]) {
+    for row in 1..q.len() / n {
+        for k in (0..n).filter(|&k| wide[k]) {
+            let before = q[(row - 1) * n + k];
+            let x = &mut q[row * n + k];
+            *x -= TAU * ((*x - before) / TAU).round();
+        }
+    }
+}
+
+/// Shifts every wide joint by the whole turns that bring all of its path within its limits, nearest to their middle. The first joint for
+/// which no turn does is the error.
+pub fn within_limits(q: &mut [f64], n: usize, wide: &[bool], limits: &Limits) -> Result<(), usize> {
+    for k in (0..n).filter(|&k| wide[k]) {
+        let column = || q.iter().skip(k).step_by(n).copied();
+        let (low, high) = column().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let middle = limits.middle_and_half(k).map_or(0.0, |(middle, _)| middle);
+        let turn = TAU * ((middle - 0.5 * (low + high)) / TAU).round();
+        let fits = |shift: f64| low + shift >= limits.q_min[k] && high + shift <= limits.q_max[k];
+        let Some(shift) = [turn, turn + TAU, turn - TAU].into_iter().find(|shift| fits(*shift)) else {
+            return Err(k);
+        };
+        q.iter_mut().skip(k).step_by(n).for_each(|x| *x += shift);
+    }
+    Ok(())
+}
