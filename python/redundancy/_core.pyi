@@ -530,6 +530,7 @@ def find_route(
     slice_window: int,
     around: bool,
     branch_step: float,
+    slack: float,
     limits: bool,
     closed: bool,
 ) -> tuple[_F64, list[int], float, tuple[int, float] | None]: ...
@@ -548,6 +549,7 @@ def refine_path(
     turns: ArrayLike | None,
     length: float,
     max_iterations: int,
+    spin: tuple[_F64, tuple[float, ...], float, float] | None = None,
 ) -> tuple[_F64, _F64, float, float, float, int, str, tuple[str, int, int] | None]: ...
 def least_value(
     robot: Robot,
@@ -558,6 +560,7 @@ def least_value(
     objective: Objective,
     limits: bool,
     length: float,
+    spin: tuple[_F64, tuple[float, ...], float, float] | None = None,
 ) -> float: ...
 def restore_path(
     robot: Robot, task: Task, targets: ArrayLike, q: ArrayLike, length: float

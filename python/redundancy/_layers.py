@@ -2,42 +2,38 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._arrays import F64
+from ._core import Lattice, find_route
 from ._map_data import CAUSES
-from ._core import Lattice, Objective, Robot, Task, find_route
+from ._path_frames import point_weights
+from ._plan_setup import Points, Setup
 from .redundancy_map import Predicate, apply_predicate
 
-_FULL_TURN = 2.0 * np.pi
+_FULL_TURN: Final = 2.0 * np.pi
+_BRANCH_STEP: Final = 0.5
+"""Largest motion of a joint where the branch changes [rad]: it is at a singularity, where it is small."""
+_NAMELESS_STEP: Final = 1.5
+"""The same where branches have no names, so that motion alone tells which follows which."""
 
 
 @dataclass(frozen=True)
 class SearchSettings:
     """How routes are searched; as for `redundancy.plan`."""
 
-    criterion: str
-    smoothness: float
     angles: F64
+    around: bool
+    max_spin_step: float
     spare: tuple[int, ...]
     spare_values: F64
-    limits: bool
     branches: tuple[int, ...] | None
     branch_changes: bool
-    max_spin_step: float
-    around: bool
     feasible: Predicate | None
-
-
-@dataclass(frozen=True)
-class PathData:
-    """A path in numbers: frames, shares and largest motions from point to point."""
-
-    frames: F64
-    steps: F64
-    bounds: F64
 
 
 @dataclass(frozen=True)
@@ -63,10 +59,7 @@ class Segment:
 class Layers:
     """The points of a path whose cells are known."""
 
-    robot: Robot
-    task: Task
-    objective: Objective | None
-    data: PathData
+    setup: Setup
     settings: SearchSettings
     cells: dict[int, Cells] = field(default_factory=dict)
     shape: tuple[int, int, int] = (1, 1, 1)
@@ -80,7 +73,7 @@ class Layers:
         settings = self.settings
         lattice = self._lattice(new)
         self.shape, self.named = lattice.shape, lattice.named
-        chunk = max(1, 2_000_000 // (int(np.prod(self.shape)) * self.robot.n))
+        chunk = max(1, 2_000_000 // (int(np.prod(self.shape)) * self.setup.robot.n))
         for first in range(0, len(new), chunk):
             count = min(chunk, len(new) - first)
             q, value, cause = lattice.postures(first, count)
@@ -96,14 +89,14 @@ class Layers:
     def _lattice(self, points: list[int]) -> Lattice:
         settings = self.settings
         return Lattice(
-            self.robot,
-            self.data.frames[points],
-            self.task.axis,
+            self.setup.robot,
+            self.setup.data.frames[points],
+            self.setup.task.axis,
             settings.angles,
             list(settings.spare),
             settings.spare_values,
-            self.objective,
-            settings.limits,
+            self.setup.objective,
+            self.setup.limits,
         )
 
     def nearest_to_limits(self, point: int) -> tuple[int, float] | None:
@@ -114,35 +107,45 @@ class Layers:
         """Return whether a point has any feasible cell."""
         return bool((self.cells[point].cause == 0).any())
 
-    def route(self, points: list[int], closed: bool) -> Segment:
-        """Return the best route through some points, or the part of it that there is."""
-        settings, data, n = self.settings, self.data, self.robot.n
+    def route(self, points: list[int], closed: bool, slack: float = 0.0, haste: float = 1.0) -> Segment:
+        """Return the best route through some points, or the part of it that there is.
+
+        Parameters
+        ----------
+        points : list of int
+            Points whose cells are known.
+        closed : bool
+            Whether the last is the first.
+        slack : float
+            What the worst value may exceed its minimum by, relative, for the sake of motion (minimax).
+        haste : float
+            By what the speed limits are multiplied.
+        """
+        setup, settings, data = self.setup, self.settings, self.setup.data
         layers = [self.cells[point] for point in points]
-        spans = list(zip(points[:-1], points[1:], strict=True))
+        spans = list(pairwise(points))
         steps = np.array([data.steps[a:b].sum() for a, b in spans])
         steps = steps / steps.sum() if len(steps) else steps
-        bounds = np.array([data.bounds[a:b].sum(axis=0) for a, b in spans]).reshape(-1, n)
-        weights = np.ones(1)
-        if len(steps):
-            weights = np.concatenate([[0.0], 0.5 * steps]) + np.concatenate([0.5 * steps, [0.0]])
+        bounds = np.array([data.bounds[a:b].sum(axis=0) for a, b in spans]).reshape(-1, setup.robot.n)
         step = settings.angles[1] - settings.angles[0] if len(settings.angles) > 1 else _FULL_TURN
         q, cells, cost, blocked = find_route(
-            self.robot,
+            setup.robot,
             np.stack([layer.q for layer in layers]),
             np.stack([layer.value for layer in layers]),
             np.stack([layer.cause for layer in layers]),
             self.shape,
             self.named,
-            weights,
+            point_weights(steps, False),
             steps,
-            bounds,
-            settings.criterion,
-            settings.smoothness,
+            haste * bounds,
+            setup.core_criterion,
+            setup.weight_of_motion(np.concatenate([layer.value[layer.cause == 0] for layer in layers])),
             max(1, round(settings.max_spin_step / step)),
             self._slice_window(),
             settings.around,
-            (0.5 if settings.branch_changes else 0.0) if self.named else 1.0,
-            settings.limits,
+            (_BRANCH_STEP if settings.branch_changes else 0.0) if self.named else _NAMELESS_STEP,
+            slack,
+            setup.limits,
             closed,
         )
         return Segment(points[: len(cells)], q, cost, blocked)
@@ -155,7 +158,7 @@ class Layers:
         return max(1, self.shape[0] // 8) if len(self.settings.spare) == 1 else self.shape[0]
 
 
-def spread(segment: Segment) -> tuple[NDArray[np.intp], F64]:
+def spread(segment: Segment) -> tuple[Points, F64]:
     """Return all points of a segment and postures in between by interpolation."""
     points = np.arange(segment.points[0], segment.points[-1] + 1)
     q = np.stack([np.interp(points, segment.points, column) for column in segment.q.T], axis=1)

@@ -41,7 +41,9 @@ def spin_frames(path: Toolpath, task: Task, closed: bool) -> F64:
     """
     if task.kind not in ("axisymmetric", "full"):
         raise InvalidValueError(f"task is of the kind {task.kind!r}, expected 'axisymmetric' or 'full'")
-    if closed and (np.abs(path.position[0] - path.position[-1]).max() > _SAME or path.axis[0] @ path.axis[-1] < 1 - _SAME):
+    if closed and (
+        np.abs(path.position[0] - path.position[-1]).max() > _SAME or path.axis[0] @ path.axis[-1] < 1 - _SAME
+    ):
         raise InvalidValueError("closed is True, but the last point of the path is not the first")
     frames = np.tile(np.eye(4), (len(path), 1, 1))
     frames[:, :3, 3] = path.position

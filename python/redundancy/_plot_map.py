@@ -145,7 +145,9 @@ def _draw_map(axes: Axes, data: MapData, branch: int | None) -> None:
         across, up = _outlines(best, x, y)
         axes.plot(across, up, color="#FFFFFF", linewidth=1.4, alpha=0.6)
         axes.plot(across, up, color=BLACK, linewidth=0.6)
-        _number_regions(axes, best, x, y)
+        # One branch alone has no borders, and a legend without them would leave its number a riddle.
+        if len(np.unique(best[best >= 0])) > 1:
+            _number_regions(axes, best, x, y)
     for line, color in zip(data.lines, cycle(_LINE_COLORS)):
         _draw_line(axes, line, color, branch)
     axes.grid(False)

@@ -1,15 +1,20 @@
-"""What ``redundancy solve`` tells and leaves behind."""
+"""What ``redundancy solve`` tells and leaves behind, and what the other commands have in common with it."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from rich.table import Table
 
 from ._progress import progress
 from .trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def results_table(optimised: Trajectory, fixed: Trajectory | None, seconds: Sequence[float]) -> Table:
@@ -34,7 +39,7 @@ def results_table(optimised: Trajectory, fixed: Trajectory | None, seconds: Sequ
     trajectories = [optimised] if fixed is None else [fixed, optimised]
     for header in ("optimised",) if fixed is None else ("fixed spin", "optimised spin"):
         table.add_column(header, justify="right")
-    for label, describe in _ROWS.items():
+    for label, describe in ROWS.items():
         table.add_row(label, *(describe(trajectory) for trajectory in trajectories))
     times = list(seconds[:1]) if fixed is None else list(seconds[1::-1])
     table.add_row("solved in", *(f"{1000.0 * time:.1f} ms" for time in times))
@@ -67,7 +72,7 @@ def _speed(trajectory: Trajectory) -> str:
     return f"{share}{speed[joint]:.3f} {unit}, joint {joint + 1}"
 
 
-_ROWS: dict[str, Callable[[Trajectory], str]] = {
+ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {
     "points reached": _reached,
     "max condition number": lambda t: f"{t.max_condition_number:.5f}",
     "mean condition number": lambda t: f"{t.mean_condition_number:.5f}",
@@ -104,17 +109,58 @@ def write_results(folder: Path, optimised: Trajectory, fixed: Trajectory | None,
     ImportError
         If there is no matplotlib to draw with.
     """
+    with whole_files(folder) as (temporary, names):
+        write_formats(temporary, optimised)
+        if pictures:
+            _draw(temporary, optimised, fixed)
+    return names
+
+
+@contextmanager
+def whole_files(folder: Path) -> Iterator[tuple[Path, list[str]]]:
+    """Write files that replace those of a folder at the end, all or none.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+
+    Yields
+    ------
+    Path
+        Where to write them.
+    list of str
+        Their names, at the end.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    names: list[str] = []
     # All is made in a folder of its own first: an error on the way leaves the old files as they were.
     with TemporaryDirectory(dir=folder, prefix=".redundancy-") as temporary:
-        for ending in ("csv", "json", "pathx"):
-            optimised.write(Path(temporary, f"trajectory.{ending}"))
-        if pictures:
-            _draw(Path(temporary), optimised, fixed)
-        names = sorted(os.listdir(temporary))
+        yield Path(temporary), names
+        names += sorted(os.listdir(temporary))
         for name in names:
             os.replace(Path(temporary, name), folder / name)
-    return names
+
+
+def write_formats(folder: Path, trajectory: Trajectory) -> None:
+    """Write a trajectory in every format."""
+    for ending in ("csv", "json", "pathx"):
+        trajectory.write(folder / f"trajectory.{ending}")
+
+
+def save_figures(folder: Path, figures: dict[str, "Figure"]) -> None:
+    """Save pictures by their names, each as ``.png`` and ``.svg``."""
+    from . import plots
+
+    with progress(len(figures), "drawing") as advance:
+        for name, figure in figures.items():
+            plots.save(figure, folder / f"{name}.png", folder / f"{name}.svg")
+            advance(1)
 
 
 def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None) -> None:
@@ -126,7 +172,4 @@ def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None) -> None
     }
     if fixed is not None:
         figures["spin"] = plots.spin_along_path(optimised)
-    with progress(len(figures), "drawing") as advance:
-        for name, figure in figures.items():
-            plots.save(figure, folder / f"{name}.png", folder / f"{name}.svg")
-            advance(1)
+    save_figures(folder, figures)

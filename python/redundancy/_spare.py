@@ -30,7 +30,9 @@ def angle_grid(task: Task, n_angles: int, spin_range: tuple[float, float] | None
         return np.linspace(-np.pi, np.pi, n_angles, endpoint=False)
     low, high = spin_range
     if not (np.isfinite(low) and np.isfinite(high) and low < high <= low + 2.0 * np.pi):
-        raise InvalidValueError(f"spin_range is {spin_range}, expected two increasing angles at most a turn apart [rad]")
+        raise InvalidValueError(
+            f"spin_range is {spin_range}, expected two increasing angles at most a turn apart [rad]"
+        )
     return np.linspace(low, high, n_angles) if n_angles > 1 else np.array([0.5 * (low + high)])
 
 

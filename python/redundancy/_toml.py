@@ -106,6 +106,13 @@ class Table:
             raise self.error(key, " or ".join(f'"{choice}"' for choice in choices) or "a string")
         return value
 
+    def flag(self, key: str, default: bool) -> bool:
+        """Read a truth value."""
+        value = self.data.get(key, default)
+        if not isinstance(value, bool):
+            raise self.error(key, "true or false")
+        return value
+
     def integer(self, key: str, default: int | None = None, least: int = 0) -> int:
         """Read an integer of at least ``least``."""
         value = self.data.get(key, default)

@@ -21,10 +21,11 @@ def transport(axis: F64) -> F64:
     """
     rotations = np.empty((len(axis), 3, 3))
     rotations[0] = np.eye(3)
+    steps = _smallest(axis[:-1], axis[1:])
+    turned = (axis[:-1] != axis[1:]).any(axis=1)
     for i in range(1, len(axis)):
-        rotations[i] = _smallest(axis[i - 1], axis[i]) @ rotations[i - 1]
         # Rounding must not pile up over long paths.
-        rotations[i] = _nearest_rotation(rotations[i])
+        rotations[i] = _nearest_rotation(steps[i - 1] @ rotations[i - 1]) if turned[i - 1] else rotations[i - 1]
     return rotations
 
 
@@ -37,14 +38,17 @@ def perpendicular(vector: F64) -> F64:
 
 
 def _smallest(start: F64, end: F64) -> F64:
-    cosine = float(start @ end)
-    if cosine < -1.0 + 1e-12:
-        normal = perpendicular(start)
-        half_turn: F64 = 2.0 * np.outer(normal, normal) - np.eye(3)
-        return half_turn
-    x, y, z = np.cross(start, end)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: F64 = np.eye(3) + cross + cross @ cross / (1.0 + cosine)
+    """Return the smallest rotations from unit vectors (M, 3) to others, shape (M, 3, 3)."""
+    cosine = (start * end).sum(axis=1)
+    x, y, z = np.cross(start, end).T
+    zero = np.zeros_like(x)
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    opposite = cosine < -1.0 + 1e-12
+    factor = 1.0 / np.where(opposite, 1.0, 1.0 + cosine)
+    rotation: F64 = np.eye(3) + cross + factor[:, None, None] * (cross @ cross)
+    for i in np.flatnonzero(opposite):
+        normal = perpendicular(start[i])
+        rotation[i] = 2.0 * np.outer(normal, normal) - np.eye(3)
     return rotation
 
 

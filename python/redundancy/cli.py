@@ -1,12 +1,14 @@
-"""The command line: ``redundancy solve | robots | length | posture | info``."""
+"""The command line: ``redundancy solve | plan | map | robots | length | posture | info``."""
 
 import os
 import platform
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 import click
 import numpy as np
@@ -23,13 +25,19 @@ from ._core import (
     SmallestSingularValue,
     characteristic_length,
 )
+from ._plan_job import CRITERIA
+from ._plan_report import describe_failure, map_job, map_table, plan_job, plan_table, write_map, write_plan
 from ._results import results_table, write_results
 from ._rows import rows_in_use
+from ._trajectory_readers import read_trajectory
 from .errors import InvalidValueError, RedundancyError
 from .follow import follow, follow_without_spin
-from .job import read_job
+from .job import Job, read_job
 from .posture import middle_posture, minimum_condition_posture
 from .trajectory import Trajectory
+
+_ANGLES: Final = 360
+"""Spins of a map."""
 
 
 class _Group(click.Group):
@@ -49,9 +57,9 @@ class _Group(click.Group):
         sys.exit(code if isinstance(code, int) else 0)
 
 
-def _fail(message: str) -> NoReturn:
+def _fail(message: str, status: int = 2) -> NoReturn:
     click.echo(f"error: {' '.join(message.split())}", err=True)
-    sys.exit(2)
+    sys.exit(status)
 
 
 @click.group(cls=_Group, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
@@ -63,12 +71,19 @@ def main(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-@main.command()
-@click.argument("job", type=click.Path(path_type=Path))
-@click.option(
+_job = click.argument("job", type=click.Path(path_type=Path))
+_out = click.option(
     "--out", default="out", show_default=True, type=click.Path(path_type=Path), help="Folder for the results."
 )
-@click.option("--pictures/--no-pictures", default=True, show_default=True, help="Whether to draw (needs matplotlib).")
+_pictures = click.option(
+    "--pictures/--no-pictures", default=True, show_default=True, help="Whether to draw (needs matplotlib)."
+)
+
+
+@main.command()
+@_job
+@_out
+@_pictures
 def solve(job: Path, out: Path, pictures: bool) -> None:
     """Follow the path of a JOB file; write trajectory and pictures."""
     asked = read_job(job)
@@ -78,12 +93,83 @@ def solve(job: Path, out: Path, pictures: bool) -> None:
     _check_reached(job, optimised)
     fixed = follow_without_spin(optimised, asked.objective) if asked.task.kind == "axisymmetric" else None
     seconds = (middle - start, perf_counter() - middle)
-    if pictures and find_spec("matplotlib") is None:
-        click.echo("note: no pictures without matplotlib: pip install redundancy[plot]", err=True)
-        pictures = False
-    files = write_results(out, optimised, fixed, pictures)
+    files = write_results(out, optimised, fixed, pictures and _can_draw())
     _print(results_table(optimised, fixed, seconds))
     click.echo(f"written to {out}: {', '.join(files)}")
+
+
+@main.command("plan")
+@_job
+@_out
+@click.option("--criterion", type=click.Choice(CRITERIA), help="What is minimised, instead of what the file says.")
+@_pictures
+def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> None:
+    """Plan a whole path at once.
+
+    Chooses the spin of the tool, and spare joints, along the path of a JOB file; writes trajectory and pictures.
+
+    The exit status is 1 where the path cannot be followed as a whole; nothing is written then.
+    """
+    asked = read_job(job)
+    earlier = asked.plan.warm_start
+    warm_start = None if earlier is None else read_trajectory(earlier, asked.robot)
+    start = perf_counter()
+    with _naming(asked):
+        planned = plan_job(asked, criterion, warm_start)
+    seconds = perf_counter() - start
+    failure = planned.failure
+    files = []
+    if failure is None:
+        pictures = pictures and _can_draw()
+        # Every place of a spare joint is a map of its own.
+        angles = _ANGLES if asked.robot.n == 6 else _ANGLES // 5
+        chart = map_job(asked, angles) if pictures and asked.task.kind == "axisymmetric" else None
+        files = write_plan(out, planned, chart, asked.objective_name, pictures)
+    _print(plan_table(planned, asked.objective_name, seconds))
+    if failure is not None:
+        reason = describe_failure(planned.robot, failure)
+        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {reason}; nothing written", 1)
+    click.echo(f"written to {out}: {', '.join(files)}")
+
+
+@main.command("map")
+@_job
+@_out
+@click.option("--angles", default=_ANGLES, show_default=True, type=click.IntRange(1), help="Spins in a turn.")
+@click.option("--html", "page", is_flag=True, help="Whether to write a page for browsers, too (needs plotly).")
+def map_path(job: Path, out: Path, angles: int, page: bool) -> None:
+    """Map what every spin of the tool is worth.
+
+    Says at every point of the path of a JOB file what each spin is worth, or why it is not possible; writes arrays,
+    pictures and a page.
+    """
+    if page and find_spec("plotly") is None:
+        raise click.ClickException("no page without plotly: pip install redundancy[html]")
+    asked = read_job(job)
+    with _naming(asked):
+        chart = map_job(asked, angles)
+    free = asked.task.kind == "axisymmetric"
+    if not free:
+        click.echo("note: no pictures of a task that leaves no spin free", err=True)
+    files = write_map(out, chart, asked.objective_name, free and _can_draw(), free and page)
+    _print(map_table(chart, asked.objective_name))
+    click.echo(f"written to {out}: {', '.join(files)}")
+
+
+@contextmanager
+def _naming(job: Job) -> Iterator[None]:
+    """Name the job file in what does not fit together in it."""
+    try:
+        yield
+    except InvalidValueError as error:
+        raise InvalidValueError(f"{job.file}: {error}") from error
+
+
+def _can_draw() -> bool:
+    if find_spec("matplotlib") is not None:
+        return True
+    click.echo("note: no pictures without matplotlib: pip install redundancy[plot]", err=True)
+    return False
 
 
 def _check_reached(job: Path, trajectory: Trajectory) -> None:

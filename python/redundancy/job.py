@@ -15,6 +15,19 @@
     [path]
     helix = { radius_mm = 250, pitch_mm_per_rad = 159.155, start_deg = 0, stop_deg = 90, center_mm = [1300, 1000, 0] }
     # or: file = "path.csv"
+
+    [plan]                               # for ``redundancy plan`` and ``map``; all of it may be left out
+    criterion = "minimax"                # or "integral", "motion"
+    smoothness = 1e-3                    # weight of the motion; next to nothing if left out
+    angles = 48                          # grid of the search: spins, points of the path, values of each spare joint
+    layers = 48
+    spare_values = 24
+    spin_range_deg = [-90, 90]           # a whole turn if left out
+    spare = [7]                          # joints on the grid, counted from 1; chosen if left out
+    closed = false
+    limits = true
+    branch_changes = false
+    warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
 """
 
 from collections.abc import Callable
@@ -39,6 +52,7 @@ from ._core import (
     SmallestSingularValue,
     Task,
 )
+from ._plan_job import PlanSettings, read_plan
 from ._rows import rows_in_use
 from ._toml import Table, parse
 from .errors import InvalidValueError, RedundancyError, ToolpathError
@@ -61,13 +75,15 @@ _HELIX: Final = (
 
 @dataclass(frozen=True)
 class Job:
-    """What a job file asks for."""
+    """What a job file asks for; ``objective_name`` is the objective in words."""
 
     file: Path
     robot: Robot
     objective: Objective
+    objective_name: str
     task: Task
     path: Toolpath
+    plan: PlanSettings
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job."""
@@ -100,13 +116,14 @@ def read_job(file: str | Path) -> Job:
     """
     file = Path(file)
     document = _document(file)
-    document.only("robot", "objective", "task", "path")
+    document.only("robot", "objective", "task", "path", "plan")
     robot = robots.find(document.text("robot"), file.parent)
     task = _task(document.table("task"))
     path = _path(document.table("path"), file)
     length, weights = _objective(document.table("objective"))
+    plan = read_plan(document.table("plan"), robot, file.parent)
     try:
-        job = Job(file, robot, weighted_sum(weights, length, robot), task, path)
+        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan)
         # What does not fit together shows here, while the file is known.
         job.solver()
         path.targets(task)
@@ -170,6 +187,12 @@ def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) 
     if length is None:
         length = minimum_condition_posture(robot, starts=16, rows=rows).length
     return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))
+
+
+def _in_words(weights: dict[str, float]) -> str:
+    """Return a weighted sum as people read it: "condition number squared + 0.1 limit barrier"."""
+    terms = [(weight, name.replace("_", " ")) for name, weight in weights.items() if weight != 0.0]
+    return " + ".join(name if weight == 1.0 else f"{weight:g} {name}" for weight, name in terms) or "0"
 
 
 def _objective(table: Table) -> tuple[float | None, dict[str, float]]:

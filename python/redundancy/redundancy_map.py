@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import F64
 from ._core import Lattice, Objective, Robot, Task
-from ._map_data import CAUSES
+from ._map_data import BY_BADNESS, CAUSES
 from ._path_frames import spin_frames
 from ._progress import progress as progress_bar
 from ._spare import angle_grid, spare_grid
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Predicate = Callable[[F64], ArrayLike]
 """Says of postures (M, n) which are allowed, (M,)."""
 
-_CHUNK = 64
-"""Points between two signs of life."""
+_CHUNK = 200_000
+"""Cells between two signs of life."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,8 @@ class RedundancyMap:
     @property
     def feasible(self) -> NDArray[np.bool_]:
         """Where there is a posture; shape of ``value``."""
-        return self.cause == 0
+        feasible: NDArray[np.bool_] = self.cause == 0
+        return feasible
 
     @property
     def best(self) -> F64:
@@ -78,18 +79,45 @@ class RedundancyMap:
         best: F64 = np.where(np.isinf(least), np.nan, least)
         return best
 
-    def _planes(self) -> tuple[F64, NDArray[np.uint8]]:
-        """Return value and cause (N, A, B), the spare joints counted as branches."""
-        if self.value.ndim == 3:
-            return self.value, self.cause
-        n, s, a, b = self.value.shape
-        return (
-            self.value.transpose(0, 2, 1, 3).reshape(n, a, s * b),
-            self.cause.transpose(0, 2, 1, 3).reshape(n, a, s * b),
-        )
+    def planes(self) -> tuple[F64, NDArray[np.uint8], F64]:
+        """Return the map as pictures need it: spare joints where they are best, nothing beyond the range of the spin.
+
+        Returns
+        -------
+        value, cause : ndarray, shape (N, A, B)
+            Spins that were not asked for are there as refused by the user.
+        angles : ndarray, shape (A,)
+            Spins [rad].
+        """
+        value, cause = self.value, self.cause
+        if value.ndim == 4:
+            worth = np.where(cause == 0, value, np.inf)
+            # The least value; where no cell has one, the cause that came closest.
+            rank = np.where(np.isfinite(worth.min(axis=1, keepdims=True)), worth, np.argsort(BY_BADNESS)[cause])
+            pick = rank.argmin(axis=1)[:, None]
+            value = np.take_along_axis(value, pick, axis=1)[:, 0]
+            cause = np.take_along_axis(cause, pick, axis=1)[:, 0]
+        return self._framed(value, cause)
+
+    def _framed(self, value: F64, cause: NDArray[np.uint8]) -> tuple[F64, NDArray[np.uint8], F64]:
+        """Add a row of refused spins at either end of a range that is less than a turn."""
+        if len(self.angles) < 2:
+            return value, cause, self.angles
+        step = float(self.angles[1] - self.angles[0])
+        if self.angles[-1] - self.angles[0] + 1.5 * step > 2.0 * np.pi:
+            return value, cause, self.angles
+        rows = ((0, 0), (1, 1), (0, 0))
+        angles = np.concatenate([[self.angles[0] - step], self.angles, [self.angles[-1] + step]])
+        refused = CAUSES.index("predicate")
+        framed: F64 = np.pad(value, rows, constant_values=np.nan)
+        return framed, np.pad(cause, rows, constant_values=refused), angles
 
     def plot(
-        self, path: str | Path | None = None, trajectory: Trajectory | None = None, branch: int | None = None
+        self,
+        path: str | Path | None = None,
+        trajectory: Trajectory | None = None,
+        branch: int | None = None,
+        name: str | None = None,
     ) -> "Figure":
         """Draw the map: value by colour, causes where there is none, and the spin that a trajectory chose.
 
@@ -101,24 +129,29 @@ class RedundancyMap:
             Drawn as a line.
         branch : int, optional
             One branch only; else the best one of each cell, outlined.
+        name : str, optional
+            What the values are, in words.
 
         Raises
         ------
+        InvalidValueError
+            If the task leaves no spin.
         ImportError
             If matplotlib is not installed.
         """
         from . import plots
 
-        value, cause = self._planes()
+        self._check_spin()
+        value, cause, angles = self.planes()
         lines = [] if trajectory is None else [plots.MapLine(self.spin_of(trajectory))]
         figure = plots.redundancy_map_figure(
-            value, cause, self.angles, lines=lines, branch=branch, name=self._name, title=self.robot.name
+            value, cause, angles, lines=lines, branch=branch, name=name or self._name, title=self.robot.name
         )
         if path is not None:
             plots.save(figure, path)
         return figure
 
-    def write_html(self, file: str | Path, trajectory: Trajectory | None = None) -> None:
+    def write_html(self, file: str | Path, trajectory: Trajectory | None = None, name: str | None = None) -> None:
         """Write the map as an interactive page that needs no network.
 
         Parameters
@@ -127,9 +160,13 @@ class RedundancyMap:
             The page.
         trajectory : Trajectory, optional
             Drawn as a line.
+        name : str, optional
+            What the values are, in words.
 
         Raises
         ------
+        InvalidValueError
+            If the task leaves no spin.
         ImportError
             If plotly is not installed.
         OSError
@@ -138,13 +175,20 @@ class RedundancyMap:
         from ._html_map import write_map_html
         from ._map_data import MapLine
 
-        value, cause = self._planes()
+        self._check_spin()
+        value, cause, angles = self.planes()
         lines = [] if trajectory is None else [MapLine(self.spin_of(trajectory))]
-        write_map_html(file, value, cause, self.angles, lines=lines, name=self._name, title=self.robot.name)
+        write_map_html(file, value, cause, angles, lines=lines, name=name or self._name, title=self.robot.name)
+
+    def _check_spin(self) -> None:
+        if self.task.kind == "full":
+            raise InvalidValueError("the task fixes the spin, expected an axisymmetric one for a picture of spins")
 
     @property
     def _name(self) -> str:
-        return "value" if self.objective is None else str(self.objective)
+        """What the values are, in words."""
+        words = {"ConditionNumber": "condition number", "Manipulability": "manipulability"}
+        return words.get(type(self.objective).__name__, "value")
 
     def spin_of(self, trajectory: Trajectory) -> F64:
         """Return the spin of a trajectory along the map's path [rad], shape (N,), from -pi to pi."""
@@ -242,8 +286,9 @@ def redundancy_map(
     shape = (len(path), *lattice.shape)
     value, cause = np.empty(shape), np.empty(shape, dtype=np.uint8)
     with progress_bar(len(path), "mapping", progress) as advance:
-        for first in range(0, len(path), _CHUNK):
-            part = slice(first, min(first + _CHUNK, len(path)))
+        chunk = max(1, _CHUNK // int(np.prod(lattice.shape)))
+        for first in range(0, len(path), chunk):
+            part = slice(first, min(first + chunk, len(path)))
             count = part.stop - part.start
             if feasible is None:
                 cells, causes = lattice.survey(first, count)

@@ -128,7 +128,7 @@ fn arms_with_a_shoulder_and_a_wrist() {
         let arm = ArmAngle::new(&robot).unwrap();
         let q: [f64; 7] = std::array::from_fn(|_| rng.within(-PI, PI));
         let pose = forward::<8>(&robot, &q);
-        let found = arm.solve(&pose, arm.of(&robot, &q));
+        let found = arm.solve(&pose, arm.of(&q));
         assert!(found.count >= 8, "{}", found.count);
         for solution in &found.q[..found.count] {
             assert!(pose_error(&forward::<8>(&robot, solution), &pose) < 1e-9);

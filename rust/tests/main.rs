@@ -10,6 +10,7 @@ mod inverse;
 mod linalg;
 mod optimize;
 mod oracle;
+mod plan;
 mod rate;
 mod robustness;
 mod solve;

@@ -2,7 +2,6 @@
 
 use crate::linalg::frame::Frame;
 use crate::linalg::real::Real;
-use crate::linalg::trig::sin_cos;
 use crate::linalg::vector::{Vec3, cross, sub};
 use crate::linalg::{Row6, size};
 use crate::robot::{Joint, Robot};
@@ -73,10 +72,16 @@ fn moved<T: Real>(frame: &Frame<T>, joint: Joint, q: T, sine: T, cosine: T) -> F
 /// The tool frame in the base frame.
 #[inline(always)]
 pub fn forward<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
+    forward_of::<C, f64>(robot, q)
+}
+
+/// The same for one posture or for several side by side.
+#[inline(always)]
+pub fn forward_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> Frame<T> {
     let n = size::<C>(robot.n());
     let (links, joints, q) = (&robot.links()[..n], &robot.joints()[..n], &q[..n]);
-    let (sines, cosines) = sin_cos::<C>(q, n);
-    let mut frame = moved(&links[0], joints[0], q[0], sines[0], cosines[0]);
+    let (sines, cosines) = T::sin_cos::<C>(q, n);
+    let mut frame = moved(&Frame::splat(&links[0]), joints[0], q[0], sines[0], cosines[0]);
     for i in 1..n {
         frame = moved(&frame.compose(&links[i]), joints[i], q[i], sines[i], cosines[i]);
     }

@@ -6,6 +6,8 @@ use super::refine::{RefineStatus, refine};
 
 /// Postures that are tried from the grid, best first.
 const STARTS: usize = 24;
+/// A posture this near to one that was tried [rad or m] would lead to the same minimum.
+const APART: f64 = 0.5;
 
 /// From postures on a grid (rows of n, with their values), each brought to the minimum next to it: the least of them. `problem` is that of the
 /// one point.
@@ -23,9 +25,18 @@ pub fn least_value<const C: usize>(problem: &PathProblem<'_>, postures: &[f64], 
         closed: None,
         ..problem.clone()
     };
-    for &i in order.iter().take(STARTS) {
+    let mut tried: Vec<&[f64]> = Vec::new();
+    for &i in &order {
+        let start = &postures[i * n..(i + 1) * n];
+        if tried.iter().any(|other| start.iter().zip(*other).all(|(a, b)| (a - b).abs() < APART)) {
+            continue;
+        }
+        tried.push(start);
+        if tried.len() > STARTS {
+            break;
+        }
         let mut q = [0.0; C];
-        q[..n].copy_from_slice(&postures[i * n..(i + 1) * n]);
+        q[..n].copy_from_slice(start);
         let found = refine::<C>(&alone, vec![q], 60);
         if matches!(found.status, RefineStatus::Converged | RefineStatus::Stopped) && found.values[0] < best {
             best = found.values[0];

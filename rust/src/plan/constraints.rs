@@ -19,6 +19,8 @@ pub enum Kind {
     Position,
     /// The motion of a joint from a point to the next.
     Motion,
+    /// The tool's spin.
+    Spin,
     /// The objective's value, by the ceiling.
     Value,
     /// The widening itself, by 0.
@@ -56,6 +58,10 @@ pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> 
                 push(Kind::Position, point, joint, -1.0, -problem.robot.limits().q_min[joint]);
             }
         }
+        if let Some(spin) = &problem.spin {
+            push(Kind::Spin, point, 0, 1.0, spin.range.1);
+            push(Kind::Spin, point, 0, -1.0, -spin.range.0);
+        }
         if problem.criterion == Criterion::Minimax && problem.objective.is_some() {
             push(Kind::Value, point, 0, 1.0, 0.0);
         }
@@ -79,6 +85,7 @@ impl Constraint {
         match self.kind {
             Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
+            Kind::Spin => self.bound - self.sign * problem.spin(self.point, &q[self.point]) + common.widening,
             Kind::Value => common.ceiling - values[self.point],
             Kind::Widening => common.widening,
         }
@@ -88,7 +95,7 @@ impl Constraint {
     #[inline(always)]
     pub fn widening_slope(&self) -> f64 {
         match self.kind {
-            Kind::Position | Kind::Widening => 1.0,
+            Kind::Position | Kind::Spin | Kind::Widening => 1.0,
             Kind::Motion => self.bound,
             Kind::Value => 0.0,
         }

@@ -8,9 +8,6 @@ use super::lattice::Cause;
 
 /// Layers with fewer edges than this are searched on one core.
 const PARALLEL: usize = 100_000;
-/// What the worst value may exceed its minimum by, relative, so that motion has a say among equals.
-const SLACK: f64 = 1e-9;
-
 /// What is minimised over a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
@@ -66,6 +63,8 @@ pub struct Search {
     pub around: bool,
     /// Largest motion of a joint where the branch changes [rad or m]; 0 forbids it.
     pub branch_step: f64,
+    /// What the worst value may exceed its minimum by, relative, for the sake of motion (minimax).
+    pub slack: f64,
 }
 
 /// A way through the layers.
@@ -148,7 +147,7 @@ impl Graph {
         }
         // The same layers again under the lowest ceiling, for the least motion.
         let under = Search { criterion: Criterion::Integral, smoothness: 1.0, ..*search };
-        let smooth = self.sweep(&under, first, ends, Some(route.cost * (1.0 + SLACK)));
+        let smooth = self.sweep(&under, first, ends, Some(route.cost + search.slack * route.cost.abs()));
         if smooth.cells.len() < route.cells.len() { route } else { Route { cost: route.cost, ..smooth } }
     }
 

@@ -14,7 +14,7 @@ pub use bound::least_value;
 pub use constraints::{Constraint, Kind};
 pub use graph::{Blockage, Criterion, Graph, Route, Search};
 pub use lattice::{Cause, LIMIT_MARGIN, Lattice, wide_joints};
-pub use problem::{PathProblem, onto_path};
+pub use problem::{PathProblem, SpinRange, onto_path};
 pub use refine::{RefineStatus, Refined, refine};
 pub use route::{FoundRoute, find_route};
 pub use turns::{unwind, within_limits};

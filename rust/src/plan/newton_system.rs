@@ -80,7 +80,7 @@ impl<const C: usize> Model<C> {
         }
         model.add_motion(problem, points, n);
         for ((c, s), y) in constraints.iter().zip(slack).zip(dual) {
-            model.add_constraint(problem, points, c, *y, mu / s, y / s, n);
+            model.add_constraint(points, c, *y, mu / s, y / s, n);
         }
         model
     }
@@ -114,7 +114,7 @@ impl<const C: usize> Model<C> {
     }
 
     /// A slack with multiplier `y`, barrier force `force` and stiffness `w`.
-    fn add_constraint(&mut self, problem: &PathProblem<'_>, points: &[Point<C>], c: &Constraint, y: f64, force: f64, w: f64, n: usize) {
+    fn add_constraint(&mut self, points: &[Point<C>], c: &Constraint, y: f64, force: f64, w: f64, n: usize) {
         let widening = c.widening_slope();
         let (i, k) = (c.point, c.joint);
         match c.kind {
@@ -138,6 +138,17 @@ impl<const C: usize> Model<C> {
                 self.lagrangian_common[0] -= y;
                 self.barrier_common[0] -= force;
             }
+            Kind::Spin => {
+                let gradient = points[i].spin_gradient();
+                for a in 0..n {
+                    self.lagrangian[i][a] += c.sign * y * gradient[a];
+                    self.barrier[i][a] += c.sign * force * gradient[a];
+                    self.border[1][i][a] -= c.sign * w * widening * gradient[a];
+                    for b in 0..n {
+                        self.hessian[i][a][b] += w * gradient[a] * gradient[b];
+                    }
+                }
+            }
             Kind::Widening => {}
         }
         if widening != 0.0 && self.present[1] {
@@ -145,7 +156,6 @@ impl<const C: usize> Model<C> {
             self.lagrangian_common[1] -= y * widening;
             self.barrier_common[1] -= force * widening;
         }
-        debug_assert!(problem.n() == n);
     }
 
     /// One coordinate in a slack `... - sign q`.
@@ -279,6 +289,10 @@ fn slack_change<const C: usize>(c: &Constraint, points: &[Point<C>], direction: 
         Kind::Position => -c.sign * dq[c.point][c.joint],
         Kind::Motion => -c.sign * (dq[(c.point + 1) % dq.len()][c.joint] - dq[c.point][c.joint]),
         Kind::Value => direction.common[0] - (0..n).map(|k| points[c.point].objective.gradient[k] * dq[c.point][k]).sum::<f64>(),
+        Kind::Spin => {
+            let gradient = points[c.point].spin_gradient();
+            -c.sign * (0..n).map(|k| gradient[k] * dq[c.point][k]).sum::<f64>()
+        }
         Kind::Widening => 0.0,
     };
     own + c.widening_slope() * direction.common[1]

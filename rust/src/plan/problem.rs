@@ -1,13 +1,16 @@
 //! A path of postures as one optimisation problem: what is minimised, what has to hold, and the freedom that is left at every point.
 
+use std::f64::consts::TAU;
+
 use rayon::prelude::*;
 
 use super::graph::Criterion;
 use crate::index::{Evaluation, Objective, Order};
 use crate::inverse::reach;
-use crate::kinematics::{Jacobian, jacobian, jacobian_rate};
+use crate::kinematics::{Jacobian, forward, jacobian, jacobian_rate};
+use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::vector::dot;
+use crate::linalg::vector::{Vec3, dot};
 use crate::linalg::{Rows6, size};
 use crate::robot::Robot;
 use crate::task::{Directions, Target, Task};
@@ -52,6 +55,30 @@ pub struct PathProblem<'a> {
     pub closed: Option<&'a [f64]>,
     /// Length that weighs angles against distances in the task [m].
     pub length: f64,
+    /// Range of the spin, if it has one.
+    pub spin: Option<SpinRange<'a>>,
+}
+
+/// The spin that a tool is allowed.
+#[derive(Debug, Clone, Copy)]
+pub struct SpinRange<'a> {
+    /// Tool frames at spin 0, one a point.
+    pub frames: &'a [Frame],
+    /// The axis in the tool frame.
+    pub axis: Vec3,
+    /// Least and largest spin [rad], at most a turn apart.
+    pub range: (f64, f64),
+}
+
+impl SpinRange<'_> {
+    /// The spin of a tool at a point, within half a turn of the middle of the range.
+    fn of(&self, point: usize, tool: &Frame) -> f64 {
+        let turned = tool.axes.map(|axis| self.frames[point].unrotate(axis));
+        let skew = [turned[1][2] - turned[2][1], turned[2][0] - turned[0][2], turned[0][1] - turned[1][0]];
+        let angle = dot(skew, self.axis).atan2(turned[0][0] + turned[1][1] + turned[2][2] - 1.0);
+        let middle = 0.5 * (self.range.0 + self.range.1);
+        angle - TAU * ((angle - middle) / TAU).round()
+    }
 }
 
 /// All that is known of one point.
@@ -66,6 +93,7 @@ pub struct Point<const C: usize> {
     pseudo_inverse: Rows6<C>,
     jacobian: Jacobian<C>,
     directions: Directions,
+    spin_axis: Vec3,
 }
 
 /// Brings every posture onto its target by Newton; tells of each whether it got there. The robot's limits hold: give one without.
@@ -106,6 +134,12 @@ impl PathProblem<'_> {
         } else {
             q[0][joint] + self.closed.map_or(0.0, |turns| turns[joint]) - q[edge][joint]
         }
+    }
+
+    /// The spin at a point; 0 where it has no range.
+    pub fn spin<const C: usize>(&self, point: usize, q: &[f64; C]) -> f64 {
+        let n = size::<C>(self.n());
+        self.spin.as_ref().map_or(0.0, |spin| spin.of(point, &forward::<C>(self.robot, &q[..n])))
     }
 
     /// Brings every posture back onto its target; false where one does not get there.
@@ -149,11 +183,17 @@ impl PathProblem<'_> {
             pseudo_inverse: factors.pseudo_inverse(),
             jacobian: columns,
             directions,
+            spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
         })
     }
 }
 
 impl<const C: usize> Point<C> {
+    /// How the spin changes with the joints.
+    pub fn spin_gradient(&self) -> [f64; C] {
+        self.jacobian.w.map(|w| dot(self.spin_axis, w))
+    }
+
     /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point: lambda are the forces that
     /// hold the posture on its target.
     pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], n: usize, r: usize) -> [[f64; C]; C] {

@@ -38,7 +38,8 @@ pub fn find_route(graph: &Graph, search: &Search, limits: Option<&Limits>, close
         let mut q: Vec<f64> = route.cells.iter().enumerate().flat_map(|(layer, &cell)| graph.posture(layer, cell)).copied().collect();
         unwind(&mut q, n, &graph.wide);
         let blockage = (reached < graph.layers()).then(|| graph.blockage(search, reached, &route.frontier)).flatten();
-        let fitted = limits.map_or(Ok(()), |limits| within_limits(&mut q, n, &graph.wide, limits));
+        // Without limits nothing holds a joint near 0 but this.
+        let fitted = within_limits(&mut q, n, &graph.wide, limits.unwrap_or(&Limits::none(n)));
         match (fitted, limits) {
             (Err(joint), Some(limits)) => {
                 graph = std::borrow::Cow::Owned(graph.with_turns(joint, limits.q_min[joint], limits.q_max[joint]));

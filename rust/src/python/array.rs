@@ -115,8 +115,12 @@ pub fn read_rows(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Row
 /// Numbers of any shape, NaN and infinities allowed: for constructors.
 pub fn read_any(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let array = as_array(name, value)?;
-    let numbers =
-        array.try_readonly().map_err(|e| PyErr::from(Error::value(name, e, "a readable array")))?.as_array().iter().copied().collect();
+    let readable = array.try_readonly().map_err(|e| PyErr::from(Error::value(name, e, "a readable array")))?;
+    // A slice may be in Fortran's order too.
+    let numbers = match readable.as_slice() {
+        Ok(contiguous) if array.is_c_contiguous() => contiguous.to_vec(),
+        _ => readable.as_array().iter().copied().collect(),
+    };
     Ok((numbers, array.shape().to_vec()))
 }
 

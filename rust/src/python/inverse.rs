@@ -12,7 +12,7 @@ use crate::error::{Error, Result, check_finite};
 use crate::inverse::{ArmAngle, Inverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::robot::{Joint, Robot};
+use crate::robot::{Joint, Limits, Robot};
 
 /// Postures, whether each is at a singularity, whether there are no others.
 pub type Report<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<bool>>, bool);
@@ -29,6 +29,7 @@ struct Postures {
 pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
     if let Ok(array) = value.cast::<PyArray2<f64>>()
         && array.shape() == [4, 4]
+        && array.is_c_contiguous()
         && let Ok(readable) = array.try_readonly()
         && let Ok(numbers) = readable.as_slice()
     {
@@ -76,7 +77,8 @@ pub fn solve<'py>(
         },
     };
     if wanted.limits || wanted.turns {
-        found.within_limits(robot, wanted.turns);
+        let held = wanted.fixed.map(read_fixed).transpose()?.unwrap_or_default();
+        found.within_limits(robot, wanted.turns, &held);
     }
     let count = found.singular.len();
     let array = output(py, None, [count, found.n])?;
@@ -125,13 +127,15 @@ fn with_arm_angle(robot: &Robot, target: &Frame, angle: f64) -> Result<Postures>
 }
 
 impl Postures {
-    /// Leaves what is within the limits, whole turns of a joint considered: one of each posture, or all.
-    fn within_limits(&mut self, robot: &Robot, all: bool) {
+    /// Leaves what is within the limits, whole turns of a joint considered: one of each posture, or all. Joints that are held stay.
+    fn within_limits(&mut self, robot: &Robot, all: bool, held: &[(usize, f64)]) {
         let (mut q, mut singular) = (Vec::new(), Vec::new());
+        let free: Vec<bool> =
+            (0..self.n).map(|i| robot.joints()[i] == Joint::Revolute && held.iter().all(|(joint, _)| *joint != i)).collect();
         for (row, flag) in self.q.chunks_exact(self.n).zip(&self.singular) {
             let mut buffer = [0.0; MAX_JOINTS];
             buffer[..self.n].copy_from_slice(row);
-            place(robot, &mut buffer[..self.n], 0, all, &mut |row| {
+            place(robot.limits(), &free, all, &mut buffer[..self.n], 0, &mut |row| {
                 q.extend_from_slice(row);
                 singular.push(*flag);
             });
@@ -140,21 +144,20 @@ impl Postures {
     }
 }
 
-/// Calls `each` with the posture, joints from `joint` on turned into their limits: nearest to the middle, or in every way.
-fn place(robot: &Robot, row: &mut [f64], joint: usize, all: bool, each: &mut impl FnMut(&[f64])) {
+/// Calls `each` with the posture if it is within the limits; with `all`, joints from `joint` on that may turn (`free`) in every whole turn.
+fn place(limits: &Limits, free: &[bool], all: bool, row: &mut [f64], joint: usize, each: &mut impl FnMut(&[f64])) {
     if joint == row.len() {
         return each(row);
     }
-    let limits = robot.limits();
     let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
     let given = row[joint];
-    let bounded = robot.joints()[joint] == Joint::Revolute && limits.is_bounded(joint);
-    let first = if bounded && all { given + TAU * ((low - given) / TAU).ceil() } else { given };
-    let copies = if bounded && all { ((high - first) / TAU).floor() + 1.0 } else { 1.0 };
+    let turning = all && free[joint] && limits.is_bounded(joint);
+    let first = if turning { given + TAU * ((low - given) / TAU).ceil() } else { given };
+    let copies = if turning { ((high - first) / TAU).floor() + 1.0 } else { 1.0 };
     for copy in 0..copies.max(0.0) as usize {
         row[joint] = first + TAU * copy as f64;
         if row[joint] >= low && row[joint] <= high {
-            place(robot, row, joint + 1, all, each);
+            place(limits, free, all, row, joint + 1, each);
         }
     }
     row[joint] = given;

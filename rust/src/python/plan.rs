@@ -11,7 +11,8 @@ use super::task::PyTask;
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::plan::{
-    Criterion, Graph, Kind, Lattice, PathProblem, RefineStatus, Refined, Search, find_route, least_value, onto_path, refine, wide_joints,
+    Criterion, Graph, Kind, Lattice, PathProblem, RefineStatus, Refined, Search, SpinRange, find_route, least_value, onto_path, refine,
+    wide_joints,
 };
 use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
@@ -83,8 +84,7 @@ impl PyLattice {
         objective: Option<Py<PyObjective>>,
         limits: bool,
     ) -> PyResult<Self> {
-        let (numbers, _) = read_any("frames", frames)?;
-        let frames = numbers.chunks(16).map(|matrix| Frame::from_matrix("frames", matrix)).collect::<Result<Vec<_>>>();
+        let frames = read_frames(frames)?;
         let mut direction = [0.0; 3];
         read_vector("axis", axis, 3, &mut direction)?;
         let angles = read_list("angles", angles)?;
@@ -93,7 +93,7 @@ impl PyLattice {
         let rows: Vec<Vec<f64>> =
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
-        let lattice = Lattice::new(robot.robot.clone(), ok(frames)?, direction, &angles, &spare, &rows, terms, limits);
+        let lattice = Lattice::new(robot.robot.clone(), frames, direction, &angles, &spare, &rows, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }
 
@@ -175,6 +175,8 @@ type RouteFound<'py> = (Array<'py>, Vec<usize>, f64, Option<(usize, f64)>);
 ///     Whether the angles close a turn.
 /// branch_step : float
 ///     Largest motion of a joint where the branch changes [rad or m]; 0 forbids it.
+/// slack : float
+///     What the worst value may exceed its minimum by, relative, for the sake of motion (minimax).
 /// limits, closed : bool
 ///     Whether position limits hold, and whether the last layer is the first.
 #[pyfunction(name = "find_route")]
@@ -195,6 +197,7 @@ pub fn find_route_py<'py>(
     slice_window: usize,
     around: bool,
     branch_step: f64,
+    slack: f64,
     limits: bool,
     closed: bool,
 ) -> PyResult<RouteFound<'py>> {
@@ -229,7 +232,7 @@ pub fn find_route_py<'py>(
         steps,
         bounds,
     };
-    let search = Search { criterion: ok(self::criterion(criterion))?, smoothness, window, slice_window, around, branch_step };
+    let search = Search { criterion: ok(self::criterion(criterion))?, smoothness, window, slice_window, around, branch_step, slack };
     let found = py.detach(|| find_route(&graph, &search, limits.then(|| robot.limits()), closed));
     let array = output(py, None, [found.cells.len(), n])?;
     elements(&array).copy_from_slice(&found.q);
@@ -244,6 +247,31 @@ struct Owned {
     bounds: Vec<f64>,
     turns: Option<Vec<f64>>,
     length: f64,
+    spin: Option<OwnedSpin>,
+}
+
+/// Frames at spin 0, axis and range of a spin.
+type OwnedSpin = (Vec<Frame>, [f64; 3], (f64, f64));
+
+/// What Python gives of it: frames (N, 4, 4), axis, least and largest spin.
+type GivenSpin<'py> = (Bound<'py, PyAny>, [f64; 3], f64, f64);
+
+fn read_spin(spin: Option<GivenSpin<'_>>, points: usize) -> PyResult<Option<OwnedSpin>> {
+    let Some((frames, axis, low, high)) = spin else { return Ok(None) };
+    let frames = read_frames(&frames)?;
+    if frames.len() != points {
+        return Err(Error::length("spin", frames.len(), points).into());
+    }
+    Ok(Some((frames, axis, (low, high))))
+}
+
+fn spin_range(owned: &OwnedSpin) -> SpinRange<'_> {
+    SpinRange { frames: &owned.0, axis: owned.1, range: owned.2 }
+}
+
+fn read_frames(frames: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
+    let (numbers, _) = read_any("frames", frames)?;
+    ok(numbers.chunks(16).map(|matrix| Frame::from_matrix("frames", matrix)).collect())
 }
 
 /// Postures and values, cost, residual, gap, iterations, status, and the tightest constraint: kind, point, joint.
@@ -275,8 +303,10 @@ type PathRefined<'py> = (Array<'py>, Bound<'py, PyArray1<f64>>, f64, f64, f64, u
 ///     Weighs angles against distances [m].
 /// max_iterations : int
 ///     Newton steps at most.
+/// spin : tuple, optional
+///     Range of the spin: frames at spin 0 (N, 4, 4), axis in the tool frame, least and largest spin [rad].
 #[pyfunction]
-#[pyo3(signature = (robot, task, targets, q, objective, criterion, smoothness, weights, steps, bounds, limits, turns, length, max_iterations))]
+#[pyo3(signature = (robot, task, targets, q, objective, criterion, smoothness, weights, steps, bounds, limits, turns, length, max_iterations, spin=None))]
 pub fn refine_path<'py>(
     py: Python<'py>,
     robot: &PyRobot,
@@ -293,9 +323,12 @@ pub fn refine_path<'py>(
     turns: Option<&Bound<'py, PyAny>>,
     length: f64,
     max_iterations: usize,
+    spin: Option<GivenSpin<'py>>,
 ) -> PyResult<PathRefined<'py>> {
+    let targets = solution::targets(&task.task, targets)?;
     let owned = Owned {
-        targets: solution::targets(&task.task, targets)?,
+        spin: read_spin(spin, targets.len())?,
+        targets,
         weights: read_list("weights", weights)?,
         steps: read_list("steps", steps)?,
         bounds: read_any("bounds", bounds)?.0,
@@ -332,6 +365,7 @@ pub fn refine_path<'py>(
         limits,
         closed: owned.turns.as_deref(),
         length: owned.length,
+        spin: owned.spin.as_ref().map(spin_range),
     };
     let (rows, values, rest) = py.detach(|| with_capacity!(n, refined(&problem, &rows, max_iterations)));
     objective.map_or(Ok(()), PyObjective::check)?;
@@ -362,6 +396,7 @@ fn refined<const C: usize>(problem: &PathProblem<'_>, rows: &[f64], max_iteratio
     let kind = |kind: Kind| match kind {
         Kind::Position => "joint limit",
         Kind::Motion => "speed limit",
+        Kind::Spin => "spin range",
         Kind::Value | Kind::Widening => "value",
     };
     let tightest = found.tightest.map(|c| (kind(c.kind), c.point, c.joint));
@@ -371,7 +406,7 @@ fn refined<const C: usize>(problem: &PathProblem<'_>, rows: &[f64], max_iteratio
 
 /// The least value at one target, from postures (k, n) with their values (k,), the best of which are brought to their minima.
 #[pyfunction(name = "least_value")]
-#[pyo3(signature = (robot, task, target, postures, values, objective, limits, length))]
+#[pyo3(signature = (robot, task, target, postures, values, objective, limits, length, spin=None))]
 pub fn least_value_py<'py>(
     py: Python<'py>,
     robot: &PyRobot,
@@ -382,7 +417,9 @@ pub fn least_value_py<'py>(
     objective: &PyObjective,
     limits: bool,
     length: f64,
+    spin: Option<GivenSpin<'py>>,
 ) -> PyResult<f64> {
+    let spin = read_spin(spin, 1)?;
     let target = [solution::target(&task.task, target)?];
     let (postures, values) = (read_any("postures", postures)?.0, read_list("values", values)?);
     let n = robot.robot.n();
@@ -396,7 +433,10 @@ pub fn least_value_py<'py>(
     }
     let unlimited = ok(robot.robot.with_limits(Limits::none(n)))?;
     let found = py.detach(|| {
-        with_capacity!(n, least((&robot.robot, &unlimited), task.task, &target, &postures, &values, &objective.objective, limits, length))
+        with_capacity!(
+            n,
+            least((&robot.robot, &unlimited), task.task, &target, &postures, &values, &objective.objective, limits, length, spin.as_ref())
+        )
     });
     objective.check()?;
     Ok(found)
@@ -411,6 +451,7 @@ fn least<const C: usize>(
     objective: &crate::index::Objective,
     limits: bool,
     length: f64,
+    spin: Option<&OwnedSpin>,
 ) -> f64 {
     let problem = PathProblem {
         robot,
@@ -426,6 +467,7 @@ fn least<const C: usize>(
         limits,
         closed: None,
         length,
+        spin: spin.map(spin_range),
     };
     least_value::<C>(&problem, postures, values)
 }

@@ -410,8 +410,8 @@ impl PyRobot {
     /// Returns
     /// -------
     /// q : ndarray, shape (k, n)
-    ///     Postures [rad or m], k from 0 to 16; each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
-    ///     to the pose to 1e-9 and none comes twice.
+    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
+    ///     to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice.
     /// singular : ndarray of bool, shape (k,)
     ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
     /// complete : bool
@@ -471,7 +471,7 @@ impl PyRobot {
         let arm = ok(ArmAngle::new(&self.robot))?;
         let mut posture = [0.0; MAX_JOINTS];
         read_vector("q", q, 7, &mut posture)?;
-        Ok(arm.of(&self.robot, &posture[..7]))
+        Ok(arm.of(&posture[..7]))
     }
 
     fn __repr__(&self) -> String {

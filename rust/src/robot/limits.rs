@@ -1,5 +1,7 @@
 //! Limits of the joints. A joint without a limit has an infinite one.
 
+use std::f64::consts::TAU;
+
 use crate::error::{Error, Result};
 
 /// Limits of position, speed and acceleration; infinite where there is none.
@@ -60,6 +62,18 @@ impl Limits {
     #[inline]
     pub fn middle_and_half(&self, i: usize) -> Option<(f64, f64)> {
         self.is_bounded(i).then(|| (0.5 * (self.q_min[i] + self.q_max[i]), 0.5 * (self.q_max[i] - self.q_min[i])))
+    }
+
+    /// An angle of joint `i` by whole turns nearest to the middle of its range: to 0 without limits, to the limit with one that it is beyond.
+    #[inline(always)]
+    pub fn turned(&self, i: usize, angle: f64) -> f64 {
+        let middle = self.middle_and_half(i).map_or(0.0, |(middle, _)| middle);
+        let near = angle - TAU * ((angle - middle) / TAU).round();
+        match (self.q_min[i].is_finite(), self.q_max[i].is_finite()) {
+            (true, false) if near < self.q_min[i] => near + TAU * ((self.q_min[i] - near) / TAU).ceil(),
+            (false, true) if near > self.q_max[i] => near - TAU * ((near - self.q_max[i]) / TAU).ceil(),
+            _ => near,
+        }
     }
 
     /// The smallest distance of `q` to a limit, negative outside [rad or m]; infinite without limits.

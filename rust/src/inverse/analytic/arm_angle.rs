@@ -2,13 +2,16 @@
 
 use super::circle::on_line;
 use super::solutions::Solutions;
+use super::solver::{CLOSED, POLISH, VERIFIED};
 use super::structure::{Turned, meeting, point, square};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
+use crate::inverse::newton::reach;
 use crate::kinematics::link_frames;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
-use crate::robot::{Joint, Robot};
+use crate::robot::{Joint, Limits, Robot};
+use crate::task::{Target, Task};
 
 /// How near the axes of shoulder and wrist have to meet, relative to the size of the arm.
 const MEETING: f64 = 1e-9;
@@ -21,6 +24,10 @@ const STRAIGHT: f64 = 1e-9;
 /// plane that holds axis 1, right-handed.
 #[derive(Debug, Clone)]
 pub struct ArmAngle {
+    robot: Robot,
+    /// Without limits, for polishing.
+    unlimited: Robot,
+    size: f64,
     links: [Frame; 7],
     end: Frame,
     /// Height of the shoulder on axis 1 and on axis 3 [m].
@@ -49,7 +56,17 @@ impl ArmAngle {
         };
         let (shoulder, wrist) = (point_of(1).ok_or_else(refused)?, point_of(5).ok_or_else(refused)?);
         let elbow = links[3].origin[2] - shoulder.1;
-        Ok(Self { links, end: *robot.end(), shoulder, wrist, upward: if elbow < 0.0 { -1.0 } else { 1.0 } })
+        let unlimited = robot.with_limits(Limits::none(7))?;
+        Ok(Self {
+            robot: robot.clone(),
+            unlimited,
+            size,
+            links,
+            end: *robot.end(),
+            shoulder,
+            wrist,
+            upward: if elbow < 0.0 { -1.0 } else { 1.0 },
+        })
     }
 
     /// Where the shoulder is.
@@ -69,8 +86,8 @@ impl ArmAngle {
     }
 
     /// The angle of the arm's plane [rad]; NaN where the arm is straight or points along axis 1.
-    pub fn of(&self, robot: &Robot, q: &[f64]) -> f64 {
-        let frames = link_frames(robot, q);
+    pub fn of(&self, q: &[f64]) -> f64 {
+        let frames = link_frames(&self.robot, q);
         let reach = sub(point(&frames[4], [0.0, 0.0, self.wrist.0]), self.shoulder());
         match (Self::plane(reach, self.links[0].axes[2]), unit(reach)) {
             (Some([_, y, z]), Some(x)) => {
@@ -80,6 +97,19 @@ impl ArmAngle {
             }
             _ => f64::NAN,
         }
+    }
+
+    /// Leaves what takes the tool to the target, polished where rounding shows.
+    fn verify(&self, target: &Frame, found: &mut Solutions<7>) {
+        let wanted = Target { position: target.origin, axis: None, frame: target.axes };
+        found.retain(|q, _| {
+            let got = reach::<8>(&self.unlimited, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH);
+            for (i, x) in q.iter_mut().enumerate() {
+                *x = self.robot.limits().turned(i, *x);
+            }
+            got.error <= VERIFIED
+        });
+        found.merge_twins();
     }
 
     /// Every posture with the tool at `target` and the arm's plane at `angle`; empty also where that angle means nothing.
@@ -104,7 +134,7 @@ impl ArmAngle {
             found.complete = false;
             return found;
         };
-        for ((c4, s4), elbow) in fourth.iter() {
+        for ((c4, s4), elbow, stretched) in fourth.iter() {
             let forearm = self.links[3].turn_z(c4, s4).compose(&self.links[4]);
             let seen = sub(point(&forearm, [0.0, 0.0, self.wrist.0]), [0.0, 0.0, self.shoulder.1]);
             let Some(in_arm) = Self::plane(seen, [0.0, 0.0, self.upward]) else {
@@ -118,13 +148,16 @@ impl ArmAngle {
             let shoulder = Frame { axes: upper.axes.map(|axis| self.links[0].unrotate(axis)), origin: [0.0; 3] };
             let fore = upper.compose(&forearm);
             let last = Frame { axes: hand.axes.map(|axis| fore.unrotate(axis)), origin: [0.0; 3] };
-            wrist(&self.links[1], &self.links[2], &shoulder, |q1, q2, q3, side, in_line| {
-                wrist(&self.links[5], &self.links[6], &last, |q5, q6, q7, flip, aligned| {
-                    let branch = 4 * elbow + 2 * side + flip;
-                    found.push([q1, q2, q3, s4.atan2(c4), q5, q6, q7], branch, fourth.tangent || in_line || aligned);
+            wrist(&self.links[1], &self.links[2], &shoulder, |upper| {
+                wrist(&self.links[5], &self.links[6], &last, |lower| {
+                    let ([q1, q2, q3], [q5, q6, q7]) = (upper.q, lower.q);
+                    let branch = 4 * elbow + 2 * upper.side + lower.side;
+                    found.push([q1, q2, q3, s4.atan2(c4), q5, q6, q7], branch, stretched || upper.singular || lower.singular);
+                    found.complete &= !(upper.free || lower.free);
                 });
             });
         }
+        self.verify(target, &mut found);
         found
     }
 }

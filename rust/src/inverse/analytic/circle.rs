@@ -8,7 +8,7 @@ pub type Point = (f64, f64);
 /// A line may miss the circle by this much, relative to its coefficients: a target on the very edge of the reach is rounded to either side.
 const TOUCHING: f64 = 1e-10;
 /// Half chords below this are rounding of a tangent: both points are one, and the error of joining them is its square.
-const TANGENT: f64 = 2e-8;
+const TANGENT: f64 = 1.5e-7;
 
 /// At most four points.
 #[derive(Debug, Clone, Copy, Default)]
@@ -17,24 +17,24 @@ pub struct Points {
     pub at: [Point; 4],
     /// Which of the solutions each one is: the same along a continuous motion of the line.
     pub side: [u8; 4],
+    /// Whether the curve touches the circle there: two solutions in one, where branches meet.
+    pub tangent: [bool; 4],
     /// How many there are.
     pub count: usize,
-    /// Whether the curve touches the circle: two solutions in one, where the branches meet.
-    pub tangent: bool,
 }
 
 impl Points {
-    fn push(&mut self, point: Point, side: u8) {
+    fn push(&mut self, point: Point, side: u8, tangent: bool) {
         if self.count < 4 {
-            (self.at[self.count], self.side[self.count]) = (point, side);
+            (self.at[self.count], self.side[self.count], self.tangent[self.count]) = (point, side, tangent);
             self.count += 1;
         }
     }
 
-    /// The points and their sides.
+    /// The points, their sides and whether each is a tangent's.
     #[inline(always)]
-    pub fn iter(&self) -> impl Iterator<Item = (Point, u8)> + '_ {
-        (0..self.count).map(|i| (self.at[i], self.side[i]))
+    pub fn iter(&self) -> impl Iterator<Item = (Point, u8, bool)> + '_ {
+        (0..self.count).map(|i| (self.at[i], self.side[i], self.tangent[i]))
     }
 }
 
@@ -49,21 +49,25 @@ pub fn on_line(line: &Turned, value: f64, scale: f64) -> Option<Points> {
     let r = r2.sqrt();
     // On the line, at the foot of the perpendicular and half a chord to either side.
     let foot = rest / r;
-    let mut points = Points::default();
     if foot.abs() > 1.0 + TOUCHING {
-        return Some(points);
+        return Some(Points::default());
     }
-    let half = ((1.0 - foot) * (1.0 + foot)).max(0.0).sqrt();
-    let (x, y) = (a / r, b / r);
+    Some(beside((a / r, b / r), foot, 1.0 - foot.abs()))
+}
+
+/// The two points of the circle at `foot` along a unit vector, `gap` short of its end; one where they are rounding apart.
+#[inline(always)]
+pub fn beside((x, y): Point, foot: f64, gap: f64) -> Points {
+    let mut points = Points::default();
+    let half = (gap * (2.0 - gap)).max(0.0).sqrt();
     if half <= TANGENT {
         let sign = foot.signum();
-        points.tangent = true;
-        points.push((sign * x, sign * y), 0);
+        points.push((sign * x, sign * y), 0, true);
     } else {
-        points.push((foot * x - half * y, foot * y + half * x), 0);
-        points.push((foot * x + half * y, foot * y - half * x), 1);
+        points.push((foot * x - half * y, foot * y + half * x), 0, false);
+        points.push((foot * x + half * y, foot * y - half * x), 1, false);
     }
-    Some(points)
+    points
 }
 
 /// `k[0] + k[1] c + k[2] s + k[3] c^2 + k[4] c s + k[5] s^2`.
@@ -75,9 +79,12 @@ pub fn product(f: [f64; 3], g: [f64; 3]) -> Conic {
 }
 
 /// Roots of the quartic this near to the unit circle (relative) may be real angles: double roots split by the square root of rounding.
-const NEAR: f64 = 1e-3;
+const NEAR: f64 = 1e-2;
 /// What the conic may miss zero by at an angle, relative to its coefficients.
-const ZERO: f64 = 1e-11;
+const ZERO: f64 = 1e-9;
+/// Newton steps of a polish, and how far they may lead [rad].
+const STEPS: usize = 6;
+const STRAY: f64 = 0.05;
 /// Rounds of the simultaneous iteration; it converges cubically from points spread on a circle.
 const ROUNDS: usize = 40;
 
@@ -93,35 +100,46 @@ pub fn on_conic(k: &Conic) -> Option<Points> {
     if a2.abs() + b2.abs() <= 1e-14 * scale {
         return on_line(&Turned { constant: a0, cosine: a1, sine: b1 }, 0.0, scale);
     }
+    let f = |q: f64| {
+        let (s, c) = q.sin_cos();
+        let (s2, c2) = (2.0 * s * c, c * c - s * s);
+        let slope = b1 * c - a1 * s + 2.0 * (b2 * c2 - a2 * s2);
+        [a0 + a1 * c + b1 * s + a2 * c2 + b2 * s2, slope, -(a1 * c + b1 * s) - 4.0 * (a2 * c2 + b2 * s2)]
+    };
     let mut points = Points::default();
     for z in quartic_roots([(0.5 * a2, 0.5 * b2), (0.5 * a1, 0.5 * b1), (a0, 0.0), (0.5 * a1, -0.5 * b1), (0.5 * a2, -0.5 * b2)]) {
         let modulus = z.0.hypot(z.1);
         if (modulus - 1.0).abs() > NEAR {
             continue;
         }
-        let mut angle = z.1.atan2(z.0);
-        let mut residual = f64::INFINITY;
-        for _ in 0..4 {
+        let start = z.1.atan2(z.0);
+        // At a root, or where two of them have all but met: there the slope has a root that is told sharply.
+        let angle = polished(&f, start, 0).filter(|q| f(*q)[0].abs() <= ZERO * scale);
+        let angle = angle.or_else(|| polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= ZERO * scale));
+        if let Some(angle) = angle {
             let (s, c) = angle.sin_cos();
-            let (s2, c2) = (2.0 * s * c, c * c - s * s);
-            residual = a0 + a1 * c + b1 * s + a2 * c2 + b2 * s2;
-            let slope = b1 * c - a1 * s + 2.0 * (b2 * c2 - a2 * s2);
-            // Near a double root Newton halves its way in; on it there is nothing to divide by.
-            if slope.abs() <= 1e-9 * scale {
-                break;
-            }
-            angle -= (residual / slope).clamp(-0.1, 0.1);
-        }
-        if residual.abs() <= ZERO * scale {
-            let (s, c) = angle.sin_cos();
-            let twin = points.iter().any(|((x, y), _)| (x - c).abs() + (y - s).abs() <= 10.0 * TANGENT);
-            points.tangent |= twin;
-            if !twin {
-                points.push((c, s), points.count as u8);
+            let twin = points.iter().position(|((x, y), ..)| (x - c).abs() + (y - s).abs() <= TANGENT);
+            match twin {
+                Some(twin) => points.tangent[twin] = true,
+                None => points.push((c, s), points.count as u8, false),
             }
         }
     }
     Some(points)
+}
+
+/// Newton's method for a root of derivative `order` (0 or 1); `None` where it leads far away.
+fn polished(f: &impl Fn(f64) -> [f64; 3], start: f64, order: usize) -> Option<f64> {
+    let mut angle = start;
+    for _ in 0..STEPS {
+        let at = f(angle);
+        let step = at[order] / at[order + 1];
+        if !step.is_finite() || step.abs() < 1e-17 {
+            break;
+        }
+        angle -= step.clamp(-0.1, 0.1);
+    }
+    ((angle - start).abs() <= STRAY).then_some(angle)
 }
 
 type Complex = (f64, f64);
@@ -196,11 +214,11 @@ pub fn on_two_circles(a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> Option
     let mut conic: Conic = std::array::from_fn(|i| first[i] + second[i]);
     conic[0] -= 1.0;
     let points = on_conic(&conic)?;
-    let mut pairs = Pairs { tangent: points.tangent, ..Pairs::default() };
-    for ((c, s), side) in points.iter() {
+    let mut pairs = Pairs::default();
+    for ((c, s), side, tangent) in points.iter() {
         let at = |i: usize| constant[i] + c * cosine[i] + s * sine[i];
         let r = at(0).hypot(at(1));
-        pairs.push((at(0) / r, at(1) / r), (c, s), side);
+        pairs.push((at(0) / r, at(1) / r), (c, s), side, tangent);
     }
     Some(pairs)
 }
@@ -208,24 +226,22 @@ pub fn on_two_circles(a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> Option
 /// Solutions on two circles.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pairs {
-    /// x, y and which solution each one is.
-    pub at: [(Point, Point, u8); 4],
+    /// x, y, which solution each one is, and whether it is two in one.
+    pub at: [(Point, Point, u8, bool); 4],
     /// How many there are.
     pub count: usize,
-    /// Whether two of them are one.
-    pub tangent: bool,
 }
 
 impl Pairs {
-    fn push(&mut self, x: Point, y: Point, side: u8) {
+    fn push(&mut self, x: Point, y: Point, side: u8, tangent: bool) {
         if self.count < 4 {
-            self.at[self.count] = (x, y, side);
+            self.at[self.count] = (x, y, side, tangent);
             self.count += 1;
         }
     }
 
     fn swapped(mut self) -> Self {
-        for (x, y, _) in &mut self.at {
+        for (x, y, ..) in &mut self.at {
             std::mem::swap(x, y);
         }
         self
@@ -255,13 +271,12 @@ fn lines(weights: [f64; 2], a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> 
     let line = Turned { constant: 0.0, cosine: combined(&a, 0), sine: combined(&a, 1) };
     let xs = on_line(&line, weights[0] * e[0] + weights[1] * e[1], size(&a))?;
     let row = usize::from(b[1][0].hypot(b[1][1]) > b[0][0].hypot(b[0][1]));
-    let mut pairs = Pairs { tangent: xs.tangent, ..Pairs::default() };
-    for (x, side) in xs.iter() {
+    let mut pairs = Pairs::default();
+    for (x, side, double) in xs.iter() {
         let rest = e[row] - a[row][0] * x.0 - a[row][1] * x.1;
         let ys = on_line(&Turned { constant: 0.0, cosine: b[row][0], sine: b[row][1] }, rest, size(&b))?;
-        pairs.tangent |= ys.tangent;
-        for (y, other) in ys.iter() {
-            pairs.push(x, y, 2 * side + other);
+        for (y, other, tangent) in ys.iter() {
+            pairs.push(x, y, 2 * side + other, double || tangent);
         }
     }
     Some(pairs)

@@ -2,12 +2,15 @@
 
 use super::circle::{on_line, on_two_circles};
 use super::solutions::Solutions;
-use super::structure::{Loop, Turned, across, angle_between, point, square, third_row, turned, unpoint};
+use super::structure::{Loop, Turn, Turned, across, angle_between, angle_of, point, square, third_row, turn_between, turned, unpoint};
+use super::wrist::middle_turns;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{dot, norm, scale};
+use crate::linalg::vector::{Vec3, dot, norm, scale};
 
 /// Axis 6 this near to parallel to the three (sine of the angle): it can do what they can.
-const IN_LINE: f64 = 1e-8;
+const IN_LINE: f64 = 1e-13;
+/// The same below which the cosine of the angle says too little.
+const NEARLY_IN_LINE: f64 = 1e-4;
 
 /// The point of the second axis nearest to the first, in the frame of the second: height on it. `link` leads from the first axis to the
 /// second.
@@ -44,34 +47,64 @@ pub fn parallel(l: &Loop, found: &mut Solutions) {
         found.complete = false;
         return;
     };
-    for &((c1, s1), (c5, s5), side) in &pairs.at[..pairs.count] {
-        last_and_planar(l, (c1, s1), (c5, s5), sense, side, pairs.tangent, found);
+    for &((c1, s1), fifth, side, tangent) in &pairs.at[..pairs.count] {
+        // The common axis seen from joint 6: near it in line, q5 is told by its sine.
+        let from_two = scale(sense, l[5].rotate(turned(c1, s1, axis)));
+        if across(from_two) > NEARLY_IN_LINE * NEARLY_IN_LINE {
+            last_and_planar(l, (c1, s1), fifth, from_two, side, tangent, found);
+            continue;
+        }
+        let Some(points) = middle_turns(&far_angle, from_two[2], across(from_two)) else {
+            found.complete = false;
+            continue;
+        };
+        for (turn, other, double) in points.iter() {
+            let same_side = turn.0 * fifth.0 + turn.1 * fifth.1 > 0.0 && (tangent || other == side & 1);
+            if same_side {
+                last_and_planar(l, (c1, s1), turn, from_two, 2 * (side / 2) + other, double, found);
+            }
+        }
     }
 }
 
+/// A turn of joint 6 at which the planar arm can be closed, when joint 6 is parallel to it and may be chosen: none if that will do.
+fn within_reach(distance: &Turned, reach: impl Fn(Turn) -> f64) -> Turn {
+    let swing = distance.cosine.hypot(distance.sine);
+    let (least, most) = (distance.constant - swing, distance.constant + swing);
+    let (none, quarter, half) = (reach((1.0, 0.0)), reach((0.0, 1.0)), reach((-1.0, 0.0)));
+    if (least..=most).contains(&none) {
+        return (1.0, 0.0);
+    }
+    let line = Turned { constant: 0.5 * (none + half), cosine: 0.5 * (none - half), sine: quarter - 0.5 * (none + half) };
+    let r = line.cosine.hypot(line.sine);
+    let wanted = 0.5 * (least.max(line.constant - r) + most.min(line.constant + r));
+    on_line(&line, wanted, distance.constant).and_then(|points| points.iter().next()).map_or((1.0, 0.0), |(turn, ..)| turn)
+}
+
 /// q6 from the directions, then the planar arm of joints 2, 3 and 4.
-fn last_and_planar(l: &Loop, (c1, s1): (f64, f64), (c5, s5): (f64, f64), sense: f64, side: u8, tangent: bool, found: &mut Solutions) {
+fn last_and_planar(l: &Loop, (c1, s1): Turn, (c5, s5): Turn, from_two: Vec3, side: u8, tangent: bool, found: &mut Solutions) {
     // The common axis seen from joint 6, from either end.
     let from_four = l[4].unrotate(turned(c5, -s5, third_row(&l[3])));
-    let from_two = scale(sense, l[5].rotate(turned(c1, s1, l[0].axes[2])));
     let in_line = across(from_four) <= IN_LINE * IN_LINE || across(from_two) <= IN_LINE * IN_LINE;
-    let q6 = if in_line { 0.0 } else { angle_between(from_two, from_four) };
-    let (s6, c6) = q6.sin_cos();
-    // What is left for joints 2 to 4: Z(q2) l1 Z(q3) l2 Z(q4).
-    let rest = Frame::IDENTITY.turn_z(c1, s1).compose(&l[0]).inverse();
-    let hand = l[3].turn_z(c5, s5).compose(&l[4]).turn_z(c6, s6).compose(&l[5]);
-    let planar = hand.compose(&rest.inverse()).inverse();
-    let reach = planar.origin;
+    // What is left for joints 2 to 4: Z(q2) l1 Z(q3) l2 Z(q4), up to what joint 6 does.
+    let ahead = Frame::IDENTITY.turn_z(c1, s1).compose(&l[0]);
+    let behind = l[3].turn_z(c5, s5).compose(&l[4]);
+    let left = |(c6, s6): Turn| behind.turn_z(c6, s6).compose(&l[5]).compose(&ahead).inverse();
     let [x, y, _] = l[2].origin;
     let spokes = [l[1].rotate([x, y, 0.0]), l[1].rotate([-y, x, 0.0])];
     let upper = [l[1].origin[0], l[1].origin[1], 0.0];
     let distance =
         Turned { constant: square(upper) + x * x + y * y, cosine: 2.0 * dot(upper, spokes[0]), sine: 2.0 * dot(upper, spokes[1]) };
-    let Some(third) = on_line(&distance, across(reach), square(upper) + x * x + y * y) else {
+    let sixth = if in_line { within_reach(&distance, |turn| across(left(turn).origin)) } else { turn_between(from_two, from_four) };
+    let q6 = angle_of(sixth);
+    let planar = left(sixth);
+    let reach = planar.origin;
+    let Some(third) = on_line(&distance, across(reach), distance.constant) else {
         found.complete = false;
         return;
     };
-    for ((c3, s3), elbow) in third.iter() {
+    found.complete &= !in_line;
+    for ((c3, s3), elbow, stretched) in third.iter() {
         let arm = std::array::from_fn(|i| upper[i] + c3 * spokes[0][i] + s3 * spokes[1][i]);
         let q2 = angle_between(arm, reach);
         let (s2, c2) = q2.sin_cos();
@@ -79,6 +112,6 @@ fn last_and_planar(l: &Loop, (c1, s1): (f64, f64), (c5, s5): (f64, f64), sense: 
         let turn = ahead.unrotate(planar.axes[0]);
         let q4 = turn[1].atan2(turn[0]);
         let q = [s1.atan2(c1), q2, s3.atan2(c3), q4, s5.atan2(c5), q6];
-        found.push(q, 2 * side + elbow, in_line || tangent || third.tangent);
+        found.push(q, 2 * side + elbow, in_line || tangent || stretched);
     }
 }

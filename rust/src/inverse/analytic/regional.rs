@@ -1,7 +1,7 @@
 //! The first three joints of a decoupled arm: any three revolute axes that take a point to a place (Pieper 1968).
 
 use super::circle::{on_conic, on_line, product};
-use super::structure::{Turned, across, angle_between, point, square, third_row, turned, unpoint};
+use super::structure::{Turn, Turned, across, point, square, third_row, turn_between, turned, unpoint};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm};
 
@@ -10,15 +10,17 @@ const ON_AXIS: f64 = 1e-9;
 /// Directions this near to parallel count as such.
 const PARALLEL: f64 = 1e-9;
 
-/// One solution: sine and cosine are not kept, the angles are what is asked for.
+/// One solution.
 #[derive(Debug, Clone, Copy)]
 pub struct Regional {
-    /// Angles [rad].
-    pub q: [f64; 3],
+    /// Cosines and sines of the joints.
+    pub turns: [Turn; 3],
     /// Which solution: two bits.
     pub side: u8,
     /// Whether solutions meet here.
     pub singular: bool,
+    /// Whether a joint may be chosen: it is 0.
+    pub free: bool,
 }
 
 /// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for.
@@ -65,17 +67,17 @@ impl Arm<'_> {
             return self.shoulder_free(found);
         };
         let distance = Self::distance(&wheel);
-        for ((c1, s1), shoulder) in first.iter() {
+        for ((c1, s1), shoulder, beside) in first.iter() {
             let seen = unpoint(self.l1, turned(c1, -s1, self.place));
             let Some(third) = on_line(&distance, square(seen), self.size * self.size) else {
                 return false;
             };
-            for ((c3, s3), elbow) in third.iter() {
+            for ((c3, s3), elbow, stretched) in third.iter() {
                 let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
                 let on_axis = across(wrist) <= (ON_AXIS * self.size).powi(2);
-                let q2 = if on_axis { 0.0 } else { angle_between(wrist, seen) };
-                let singular = on_axis || first.tangent || third.tangent;
-                found(Regional { q: [s1.atan2(c1), q2, s3.atan2(c3)], side: 2 * shoulder + elbow, singular });
+                let second = if on_axis { (1.0, 0.0) } else { turn_between(wrist, seen) };
+                let singular = on_axis || beside || stretched;
+                found(Regional { turns: [(c1, s1), second, (c3, s3)], side: 2 * shoulder + elbow, singular, free: on_axis });
             }
         }
         true
@@ -91,9 +93,9 @@ impl Arm<'_> {
         let Some(third) = on_line(&Self::distance(&wheel), square(seen), self.size * self.size) else {
             return false;
         };
-        for ((c3, s3), elbow) in third.iter() {
+        for ((c3, s3), elbow, _) in third.iter() {
             let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
-            found(Regional { q: [0.0, angle_between(wrist, seen), s3.atan2(c3)], side: elbow, singular: true });
+            found(Regional { turns: [(1.0, 0.0), turn_between(wrist, seen), (c3, s3)], side: elbow, singular: true, free: true });
         }
         true
     }
@@ -125,8 +127,8 @@ impl Arm<'_> {
                 return false;
             };
             let at = |f: &[f64; 3], c: f64, s: f64| f[0] + c * f[1] + s * f[2];
-            for ((c, s), side) in points.iter() {
-                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, points.tangent, &mut found);
+            for ((c, s), side, tangent) in points.iter() {
+                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, tangent, &mut found);
             }
             return true;
         }
@@ -145,8 +147,8 @@ impl Arm<'_> {
         let Some(third) = on_line(&line, 0.0, self.size * if size_u > PARALLEL * self.size { self.size } else { 1.0 }) else {
             return false;
         };
-        for ((c, s), side) in third.iter() {
-            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, third.tangent, &mut found);
+        for ((c, s), side, tangent) in third.iter() {
+            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, tangent, &mut found);
         }
         true
     }
@@ -167,9 +169,9 @@ impl Arm<'_> {
         let line = Turned { constant: 0.0, ..Turned::new([known[0], known[1], 0.0], wrist) };
         match on_line(&line, value, norm(known) * self.size) {
             Some(points) => {
-                for ((c2, s2), other) in points.iter() {
+                for ((c2, s2), other, double) in points.iter() {
                     let x = (c2 * wrist[0] - s2 * wrist[1], s2 * wrist[0] + c2 * wrist[1]);
-                    self.close(wheel, (c, s), x, side + other, tangent || points.tangent, found);
+                    self.close(wheel, (c, s), x, side + other, tangent || double, found);
                 }
             }
             // The wrist is on axis 2: any q2 will do.
@@ -182,11 +184,10 @@ impl Arm<'_> {
         let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
         let near = (ON_AXIS * self.size).powi(2);
         let on_second = across(wrist) <= near;
-        let q2 = if on_second { 0.0 } else { angle_between(wrist, [x, y, 0.0]) };
-        let (sine, cosine) = q2.sin_cos();
-        let seen = point(self.l1, turned(cosine, sine, wrist));
+        let second = if on_second { (1.0, 0.0) } else { turn_between(wrist, [x, y, 0.0]) };
+        let seen = point(self.l1, turned(second.0, second.1, wrist));
         let on_first = across(seen) <= near || across(self.place) <= near;
-        let q1 = if on_first { 0.0 } else { angle_between(seen, self.place) };
-        found(Regional { q: [q1, q2, s.atan2(c)], side, singular: tangent || on_first || on_second });
+        let first = if on_first { (1.0, 0.0) } else { turn_between(seen, self.place) };
+        found(Regional { turns: [first, second, (c, s)], side, singular: tangent || on_first || on_second, free: on_first || on_second });
     }
 }

@@ -1,31 +1,33 @@
 //! Every posture of a six-axis robot that takes its tool to a frame.
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
-use super::solutions::Solutions;
-use super::structure::{Loop, Structure, entered, point, unpoint};
+use super::solutions::{MAX_SOLUTIONS, Solutions};
+use super::structure::{Loop, Structure, angle_of, entered, point, unpoint};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::general::general;
 use crate::inverse::newton::reach;
-use crate::kinematics::jacobian;
+use crate::kinematics::{forward_of, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
+use crate::linalg::real::{Lanes, Real};
 use crate::linalg::vector::norm;
 use crate::robot::{Joint, Limits, Robot};
 use crate::task::{Target, Task};
 
-/// Error of the loop [rad, m over the size of the robot] below which nothing is polished.
-const CLOSED: f64 = 1e-13;
+/// Error of a pose [rad, m over the size of the robot] below which nothing is polished: next to a singularity even this moves joints.
+pub const CLOSED: f64 = 4e-15;
 /// Error below which a candidate is a solution.
-const VERIFIED: f64 = 1e-9;
+pub const VERIFIED: f64 = 1e-10;
+/// The same for candidates of the elimination, which puts a third one between two that nearly meet.
+const VERIFIED_ROOT: f64 = 1e-12;
 /// Shortest over longest orthogonal row of the Jacobian at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
 /// Newton steps of a polish.
-const POLISH: usize = 6;
+pub const POLISH: usize = 8;
 
 /// Inverse kinematics of a robot with six revolute joints: all solutions.
 #[derive(Debug, Clone)]
@@ -90,21 +92,33 @@ impl Inverse {
             Structure::Wrist { first, .. } | Structure::Parallel { first } => first,
             Structure::General => 0,
         };
-        let wanted = Target { position: target.origin, axis: None, frame: target.axes };
-        found.retain(|q, singular| {
-            let entered = *q;
-            for k in 0..6 {
-                q[(k + first) % 6] = entered[k];
+        if first > 0 {
+            for q in &mut found.q[..found.count] {
+                q.rotate_right(first);
             }
-            let got = reach::<6>(&self.unlimited, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH);
+        }
+        self.verify(target, &mut found);
+        found.merge_twins();
+        found
+    }
+
+    /// Leaves what takes the tool to the target, polished where rounding shows.
+    fn verify(&self, target: &Frame, found: &mut Solutions) {
+        let errors = pose_errors(&self.robot, target, self.size, &found.q, found.count);
+        let wanted = Target { position: target.origin, axis: None, frame: target.axes };
+        let mut i = 0;
+        found.retain(|q, singular| {
+            let error = errors[i];
+            i += 1;
+            let error =
+                if error <= CLOSED { error } else { reach::<6>(&self.unlimited, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH).error };
             self.centre(q);
             if self.structure == Structure::General {
                 *singular = self.is_singular(q);
+                return error <= VERIFIED_ROOT;
             }
-            got.error <= VERIFIED
+            error <= VERIFIED
         });
-        found.merge_twins();
-        found
     }
 
     /// Whether branches meet in a posture, to the accuracy of a double root.
@@ -123,10 +137,41 @@ impl Inverse {
     #[inline(always)]
     fn centre(&self, q: &mut [f64; 6]) {
         for (i, x) in q.iter_mut().enumerate() {
-            let middle = self.robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle);
-            *x -= TAU * ((*x - middle) / TAU).round();
+            *x = self.robot.limits().turned(i, *x);
         }
     }
+}
+
+/// How far each posture misses the target: components of the axes, and of the origin over `size`, added.
+fn pose_errors(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOLUTIONS], count: usize) -> [f64; MAX_SOLUTIONS] {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the machine has been asked.
+        return unsafe { pose_errors_avx2(robot, target, size, q, count) };
+    }
+    side_by_side(robot, target, size, q, count)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn pose_errors_avx2(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOLUTIONS], count: usize) -> [f64; MAX_SOLUTIONS] {
+    side_by_side(robot, target, size, q, count)
+}
+
+#[inline(always)]
+fn side_by_side(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOLUTIONS], count: usize) -> [f64; MAX_SOLUTIONS] {
+    let mut errors = [0.0f64; MAX_SOLUTIONS];
+    for first in (0..count).step_by(Lanes::LANES) {
+        let joints: [Lanes; 6] = std::array::from_fn(|k| Lanes::from_lanes(|lane| q[(first + lane) % MAX_SOLUTIONS][k]));
+        let tool = forward_of::<6, Lanes>(robot, &joints);
+        for lane in 0..Lanes::LANES.min(count - first) {
+            // Sums, so that what is not a number stays none.
+            let miss = |got: [Lanes; 3], wanted: [f64; 3]| (0..3).map(|r| (got[r].lane(lane) - wanted[r]).abs()).sum::<f64>();
+            let turn: f64 = (0..3).map(|k| miss(tool.axes[k], target.axes[k])).sum();
+            errors[first + lane] = turn + miss(tool.origin, target.origin) / size;
+        }
+    }
+    errors
 }
 
 /// A wrist of joints 4, 5 and 6: the others place its centre, it does the rest.
@@ -134,19 +179,22 @@ fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
     let centre = point(&l[2], [0.0, 0.0, before]);
     let place = unpoint(&l[5], [0.0, 0.0, after]);
     let hand = l[5].inverse();
-    let mut turn = |r: Regional| {
+    let turn = |r: Regional| {
         let mut arm = Frame::IDENTITY;
-        for (q, link) in r.q.iter().zip(l) {
-            let (s, c) = q.sin_cos();
-            arm = arm.turn_z(c, s).compose(link);
+        for ((c, s), link) in r.turns.iter().zip(l) {
+            arm = arm.turn_z(*c, *s).compose(link);
         }
+        let [q1, q2, q3] = r.turns.map(angle_of);
         let wanted = Frame { axes: hand.axes.map(|axis| arm.unrotate(axis)), origin: [0.0; 3] };
-        wrist(&l[3], &l[4], &wanted, |q4, q5, q6, flip, in_line| {
-            found.push([r.q[0], r.q[1], r.q[2], q4, q5, q6], 2 * r.side + flip, r.singular || in_line);
+        wrist(&l[3], &l[4], &wanted, |w| {
+            let [q4, q5, q6] = w.q;
+            found.push([q1, q2, q3, q4, q5, q6], 2 * r.side + w.side, r.singular || w.singular);
+            found.complete &= !(r.free || w.free);
         });
     };
-    let complete = regional(&l[0], &l[1], centre, place, &mut turn);
-    found.complete &= complete;
+    if !regional(&l[0], &l[1], centre, place, turn) {
+        found.complete = false;
+    }
 }
 
 /// No closed form: by elimination, whose solutions may come more than once.

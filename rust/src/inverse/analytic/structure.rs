@@ -123,6 +123,23 @@ pub fn angle_between(from: [f64; 3], to: [f64; 3]) -> f64 {
     (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1])
 }
 
+/// Cosine and sine of an angle.
+pub type Turn = (f64, f64);
+
+/// The turn about z from the first to the second of two vectors; none where one of them is along z.
+#[inline(always)]
+pub fn turn_between(from: [f64; 3], to: [f64; 3]) -> Turn {
+    let (c, s) = (from[0] * to[0] + from[1] * to[1], from[0] * to[1] - from[1] * to[0]);
+    let r = (c * c + s * s).sqrt();
+    if r > 0.0 { (c / r, s / r) } else { (1.0, 0.0) }
+}
+
+/// Its angle [rad].
+#[inline(always)]
+pub fn angle_of((cosine, sine): Turn) -> f64 {
+    sine.atan2(cosine)
+}
+
 /// Square of the part of a vector across z.
 #[inline(always)]
 pub fn across(a: [f64; 3]) -> f64 {

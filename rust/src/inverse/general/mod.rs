@@ -291,7 +291,7 @@ mod tests {
                     solutions.push(*q);
                 }
             });
-            assert!(sure && solutions.iter().any(|s| same(s, &wanted)) && solutions.len() % 2 == 0, "{solutions:?}");
+            assert!(sure && solutions.iter().any(|s| same(s, &wanted)) && solutions.len().is_multiple_of(2), "{solutions:?}");
         }
     }
 

@@ -1,0 +1,92 @@
+"""What a plan is, and why it may not be whole."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._core import Objective
+from ._path_frames import point_weights, shares
+from .trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class PlanFailure:
+    """Why a plan is not whole.
+
+    Attributes
+    ----------
+    point : int
+        First point that is not reached as it should be, counted from 0.
+    cause : str
+        "unreachable", "joint limit", "singular", "predicate", "speed limit", "step limit", "spin range", "no way" (the
+        point has postures, but no branch leads there from the points before) or "not closed".
+    joint : int or None
+        The joint in the way, counted from 0, for the limits of joints.
+    excess : float
+        How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it
+        would need; NaN where neither is meant.
+    """
+
+    point: int
+    cause: str
+    joint: int | None = None
+    excess: float = float("nan")
+
+    def __str__(self) -> str:
+        where = f"point {self.point}: {self.cause}"
+        if self.cause == "joint limit" and self.joint is not None:
+            return f"{where} of joint {self.joint + 1}, by {self.excess:.3g} at least"
+        if self.cause in ("speed limit", "step limit") and self.joint is not None:
+            return f"{where} of joint {self.joint + 1}, {self.excess:.3g} times it needed"
+        return where
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Trajectory):
+    """A trajectory that is best as a whole.
+
+    Attributes
+    ----------
+    objective : Objective or None
+        What was minimised; None where it was the motion alone.
+    criterion : str
+        "minimax", "integral" or "motion".
+    smoothness : float
+        Weight of the integral of the squared joint speed over the path's share.
+    cost : float
+        What was minimised: worst value, or integral of the value, each plus smoothness times motion; NaN if the plan is
+        not whole.
+    motion : float
+        Integral of the squared joint speed over the path's share [rad^2 or m^2].
+    bound : float
+        No path can do better than this (minimax: the least value at the worst point; integral: the integral of the
+        least values), to the resolution of the search; NaN where it was not asked for.
+    residual : float
+        First-order residual: the largest slope of the Lagrangian along a free motion.
+    failure : PlanFailure or None
+        Why the plan is not whole; the points that are reached are the best that there are.
+    refined : bool
+        Whether the continuous optimum was reached; else the best route of the grid is what is returned.
+    """
+
+    objective: Objective | None = None
+    criterion: str = "minimax"
+    smoothness: float = 0.0
+    cost: float = float("nan")
+    motion: float = float("nan")
+    bound: float = float("nan")
+    residual: float = float("nan")
+    failure: PlanFailure | None = None
+    refined: bool = False
+
+    def __repr__(self) -> str:
+        worst = float(np.nanmax(self.value, initial=-np.inf))
+        state = f", {self.failure}" if self.failure is not None else ""
+        return f"Plan({self.robot.name}, {len(self)} points, {self.criterion}, worst value {worst:.6g}{state})"
+
+    @property
+    def gap(self) -> float:
+        """How far the plan can be from the best there is: worst (or mean) value less the bound."""
+        if self.criterion == "minimax":
+            return float(np.nanmax(self.value, initial=-np.inf) - self.bound)
+        return float(point_weights(shares(self.path), False) @ self.value - self.bound)
