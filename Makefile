@@ -21,7 +21,7 @@ $(BIN)/python:
 # The package itself, in release, editable: rebuilt when a Rust source or a manifest changes.
 $(VENV)/built: $(BIN)/python $(SOURCES)
 	$(PIP) 'maturin>=1.16,<2'
-	$(BIN)/maturin develop --release --locked --extras plot
+	$(BIN)/maturin develop --release --locked --extras plot,html
 	@touch $@
 
 $(VENV)/group-%: $(BIN)/python pyproject.toml
@@ -59,10 +59,12 @@ bench-python: $(VENV)/built $(VENV)/group-bench
 
 docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
 	$(BIN)/python docs/figures.py
+	$(BIN)/python docs/plan_figures.py
 	$(BIN)/mkdocs build --strict
 
-soak: $(VENV)/built $(VENV)/group-test ## a million random bit patterns and a thousand reference postures recomputed
+soak: $(VENV)/built $(VENV)/group-test ## a million bit patterns, a million poses, a thousand references recomputed
 	cargo test --locked --release --no-default-features -- --ignored
+	$(BIN)/python -m tests.soak_inverse
 	$(BIN)/python -m tests.reference.condition_mpmath --check
 
 clean: ## everything made

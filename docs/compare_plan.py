@@ -1,7 +1,7 @@
 """`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick]``.
 
-Prints the tables of docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws its
-picture. With --quick only paths of up to 151 points are compared. Times are of the machine that runs it.
+Prints the tables of docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws
+its pictures. With --quick only paths of up to 151 points are compared. Times are of the machine that runs it.
 """
 
 import re
@@ -169,7 +169,7 @@ def measure(case: plan_cases.Case, grid: grid_search.Grid, criterion: Criterion,
 
 
 def fault(case: plan_cases.Case, plan: rd.Plan) -> str:
-    """Return what is wrong with a plan: a failure that it tells, or one of path, limits, speed or end that it does not."""
+    """Return what is wrong with a plan: a failure that it tells, or a fault of path, limits, speed or end."""
     if plan.failure is not None:
         return f"failure: {plan.failure}"
     q, robot = plan.q, case.robot
@@ -298,7 +298,7 @@ def main(arguments: list[str]) -> int:
             results.append(result)
             sys.stderr.write(
                 f"{case.robot.name} {case.name} {result.criterion}: {result.plan_value:.6f} {result.grid_value:.6f}"
-                f" {result.verdict} ({result.plan_time:.2f} s, {result.grid_time:.1f} s), window used {result.used:.2f}\n"
+                f" {result.verdict} ({result.plan_time:.2f} s, {result.grid_time:.1f} s), window {result.used:.2f}\n"
             )
             sys.stderr.flush()
     sections = {"summary": summary(results)} | {criterion: rows_of(results, criterion) for criterion in CRITERIA}
@@ -306,9 +306,7 @@ def main(arguments: list[str]) -> int:
     for name, text in sections.items():
         marked = f"<!-- {name} -->\n\n{text}\n\n<!-- end of {name} -->"
         sys.stdout.write(marked + "\n\n")
-        page = re.sub(
-            f"<!-- {name} -->.*<!-- end of {name} -->", lambda _, marked=marked: marked, page, flags=re.DOTALL
-        )
+        page = re.sub(f"<!-- {name} -->.*<!-- end of {name} -->", marked, page, flags=re.DOTALL)
     if "--write" in arguments:
         draw(results, HERE / "img")
         PAGE.write_text(page, encoding="utf-8")

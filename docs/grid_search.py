@@ -1,16 +1,17 @@
 """A grid search over spins and branches, written without the planner, for docs/compare_plan.py.
 
-Only inverse solutions and their values come from the package. At each point of a path the tool takes every spin of a grid
-of 0.25 degrees; the states are these spins on each branch. A step from point to point stays on its branch, turns the spin
-by no more than a window and keeps every joint's speed limit; where the path has no times it moves no joint by more than
-`JUMP`, as the planner does by default. The best way is found by dynamic programming (Bellman 1957), exactly.
+Only inverse solutions and their values come from the package. At each point of a path the tool takes every spin of a
+grid of 0.25 degrees; the states are these spins on each branch. A step from point to point stays on its branch, turns
+the spin by no more than a window and keeps every joint's speed limit; where the path has no times it moves no joint by
+more than `JUMP`, as the planner does by default. The best way is found by dynamic programming (Bellman 1957), exactly.
 
-Joints that turn more than once are compared up to whole turns; the way that is found is made continuous and shifted into
-the limits as a whole. Where it does not fit, the search is repeated with the turns of the joint in the way as states.
+Joints that turn more than once are compared up to whole turns; the way that is found is made continuous and shifted
+into the limits as a whole. Where it does not fit, the search is repeated with the turns of the joint in the way as
+states.
 
 A closed path has to end in the spin it starts from. This is a search over sets of starts: the best way from a set to
-itself bounds what is closed within it, and sets are halved until the best way is closed (branch and bound). `Found.bound`
-tells what was left when the number of searches ran out.
+itself bounds what is closed within it, and sets are halved until the best way is closed (branch and bound).
+`Found.bound` tells what was left when the number of searches ran out.
 """
 
 import heapq
@@ -30,10 +31,8 @@ Int = NDArray[np.intp]
 SPINS: Final = 1440
 JUMP: Final = 0.5
 """Longest motion of a joint from point to point of a path without times [rad]."""
-CHANGES: Final = 24_000
-"""Points times spin changes that are tried: the window is as wide as that allows."""
-LEAST_WINDOW: Final = np.deg2rad(2.0)
-LARGEST_WINDOW: Final = np.deg2rad(15.0)
+LARGEST_WINDOW: Final = np.pi / 4.0
+"""Largest change of the spin from point to point [rad]; less where the speed limits together allow no more."""
 MAX_SEARCHES: Final = 16
 """Searches over sets of starts for a closed path, at most."""
 CLOSE: Final = 1e-7
@@ -72,7 +71,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """States of one branch: joints (N, 6, C, A) with C turns of a joint, and values (N, C, A), infinite where none is."""
+    """States of a branch: joints (N, 6, C, A), C turns of a joint, and values (N, C, A), infinite where none is."""
 
     q: F64 = field(repr=False)
     value: F64 = field(repr=False)
@@ -109,7 +108,8 @@ class Grid:
     @property
     def weights(self) -> F64:
         """Share of the path that each point stands for, by the trapezoidal rule."""
-        return 0.5 * (np.append(self.shares, 0.0) + np.append(0.0, self.shares))
+        weights: F64 = 0.5 * (np.append(self.shares, 0.0) + np.append(0.0, self.shares))
+        return weights
 
     def minimax(self) -> Found | None:
         """Return the way of the lowest worst value, and of the least motion among those; None if there is none."""
@@ -163,10 +163,11 @@ class Grid:
         return None if best is None else replace(best, bound=min(bound, best.objective))
 
     def _lowest(self, branch: Branch, level: float, ceiling: float) -> tuple[Found | None, float]:
-        """Return the way on a branch under the lowest ceiling from a level on, and the ceiling under which there is none.
+        """Return the way on a branch under the lowest ceiling, and the ceiling under which there is none.
 
-        The level is that of a way that need not close, and that may need more turns than there are.
+        Ceilings start at a level, that of a way that need not close, and that may need more turns than there are.
         """
+        ceiling = min(ceiling, float(branch.value[np.isfinite(branch.value)].max()))
         lower, upper, raised = level, level, FIRST_RAISE
         found = self._under(branch, level)
         while found is None and upper < ceiling:
@@ -371,18 +372,20 @@ def make_grid(
     branches = [Branch(np.empty((n, 6, 1, spins)), np.full((n, 1, spins), np.inf), wide) for _ in kept]
     for first in range(0, n, _CHUNK) if len(kept) else ():
         part = slice(first, min(first + _CHUNK, n))
-        q, value, cause = (
-            x.reshape(part.stop - first, spins, count, -1) for x in lattice.postures(first, part.stop - first)
-        )
+        rows = part.stop - first
+        cells = lattice.postures(first, rows)
+        q, value = cells[0].reshape(rows, spins, count, 6), cells[1].reshape(rows, spins, count)
+        cause = cells[2].reshape(rows, spins, count)
         for b, branch in zip(kept, branches, strict=True):
-            branch.q[part, :, 0] = q[:, :, b].transpose(0, 2, 1)
-            branch.value[part, 0] = np.where(cause[:, :, b, 0] == 0, value[:, :, b, 0], np.inf)
+            branch.q[part, :, 0] = np.nan_to_num(q[:, :, b].transpose(0, 2, 1))
+            branch.value[part, 0] = np.where(cause[:, :, b] == 0, value[:, :, b], np.inf)
     largest = np.full((n - 1, 6), JUMP)
     if path.time is not None:
         largest = np.minimum(np.pi, np.diff(path.time)[:, None] * robot.qd_max)
     if window is None:
-        window = float(np.clip(0.5 * CHANGES / n / SPINS * TURN, LEAST_WINDOW, LARGEST_WINDOW))
-    return Grid(robot, branches, shares, largest, max(1, round(window * spins / TURN)), closed)
+        # A joint turns the tool by no more than itself.
+        window = min(LARGEST_WINDOW, float(largest.sum(axis=1).max()))
+    return Grid(robot, branches, shares, largest, max(1, int(np.ceil(window * spins / TURN))), closed)
 
 
 def unspun(path: rd.Toolpath, closed: bool) -> F64:

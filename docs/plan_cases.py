@@ -1,9 +1,9 @@
 """Ten toolpaths for four robots, on which `redundancy.plan` is compared with a grid search (docs/compare_plan.py).
 
-A path is a shape, about one unit in size, in a frame of its own with z up. It is scaled and put in front of a robot with
-the numbers of `PLACES`: they were drawn at random, and those are kept for which a search over a grid of 2 degrees finds a
-way, few spins are feasible, and, for `limit_line`, this way comes near a joint limit. Robots but the FANUC have a tool
-whose axis is tilted from axis 6: else the spin would turn nothing but joint 6.
+A path is a shape, about one unit in size, in a frame of its own with z up. It is scaled and put in front of a robot
+with the numbers of `PLACES`. They were drawn at random; kept were those for which a coarse grid has a way and few spins
+are feasible or, for `limit_line`, this way comes near a joint limit. Robots but the FANUC have a tool whose axis is
+tilted from axis 6: else the spin would turn nothing but joint 6.
 """
 
 from collections.abc import Callable
@@ -239,9 +239,12 @@ DURATIONS: Final[dict[str, dict[str, float]]] = {
         "dash": 0.796,
     },
 }
-"""How long paths with times take [s], from plans of the same paths without times: the eight takes 1.03 times what the slower of
-the plans for the two criteria needs, the contour 1.2 times what the faster one needs, and the S hardly longer than the
-least share of it, in steps of 0.05, for which a grid of 0.5 degrees finds a way: its speed limits bind."""
+"""How long paths with times take [s], from plans of the same paths without times.
+
+The eight takes 1.03 times what the slower of the plans for the two criteria needs, the contour 1.2 times what the
+faster needs, and the S hardly longer than the least share of that, in steps of 0.05, for which a grid of 0.5 degrees
+has a way: its speed limits bind.
+"""
 
 
 def robot_named(name: str) -> rd.Robot:
@@ -257,7 +260,7 @@ def robot_named(name: str) -> rd.Robot:
 
 
 def placed(shape: Shape, place: tuple[float, ...], duration: float | None = None) -> rd.Toolpath:
-    """Return a shape at x, y, z [m], scaled by the fourth number [m], turned about z by the fifth and y by the sixth [deg]."""
+    """Return a shape at a place, with times if it has a duration [s]."""
     x, y, z, size, yaw, pitch = place
     cosine, sine = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]) @ _about_y(np.deg2rad(pitch))

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import redundancy as rd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from redundancy import plots
 from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl
 
 F64 = NDArray[np.float64]
+Place = tuple[float, float, float]
 
 HERE = Path(__file__).resolve().parent
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, BLACK)
@@ -21,7 +22,7 @@ def tool(degrees: float, x: float, z: float) -> F64:
     return np.array([[cosine, 0.0, sine, x], [0.0, 1.0, 0.0, 0.0], [-sine, 0.0, cosine, z], [0.0, 0.0, 0.0, 1.0]])
 
 
-def rolling(start: ArrayLike, stop: ArrayLike, degrees: float, points: int, duration: float | None) -> rd.Toolpath:
+def rolling(start: Place, stop: Place, degrees: float, points: int, duration: float | None) -> rd.Toolpath:
     """Return a line along which the tool, pointing down, rolls from one side to the other."""
     roll = np.deg2rad(np.linspace(-degrees, degrees, points))
     axis = np.stack([0.2 + 0.0 * roll, np.sin(roll), -np.cos(roll)], axis=1)

@@ -1,7 +1,7 @@
-"""How long `redundancy.redundancy_map` takes by the number of cells: ``python benches/python/map_scaling.py [picture]``.
+"""Time `redundancy.redundancy_map` by the number of cells: ``python benches/python/map_scaling.py [picture]``.
 
-Prints a Markdown table and draws docs/img/map_scaling.svg, or another picture. A cell is a spin at a point on a branch; of
-a cell without a posture only the cause is found.
+Prints a Markdown table and draws docs/img/map_scaling.svg, or another picture. A cell is a spin at a point on a branch;
+of a cell without a posture only the cause is found.
 """
 
 import sys
@@ -47,7 +47,7 @@ def draw(rows: list[tuple[int, int, int, float]], picture: Path) -> None:
             own = [(1e-6 * cells, time) for _, a, cells, time in rows if a == angles]
             # Hollow: different maps with as many cells lie on each other.
             axes.plot(*zip(*own, strict=True), marker, color=color, fillstyle="none", label=f"{angles} spins")
-        axes.set(xscale="log", yscale="log", xlabel="million cells (points × spins × 8 branches)", ylabel="time [s]")
+        axes.set(xscale="log", yscale="log", xlabel="million cells (points, spins, 8 branches)", ylabel="time [s]")
         axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], labels=["0.2", "0.5", "1", "2", "5"])
         axes.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], labels=["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
         axes.minorticks_off()

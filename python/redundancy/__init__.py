@@ -50,7 +50,8 @@ from .errors import (
     UnknownRobotError,
 )
 from .follow import follow
-from .plan import Plan, PlanFailure, plan
+from .maps import RedundancyMap, redundancy_map
+from .planning import Plan, PlanFailure, plan
 from .posture import (
     PlanarTetrahedron,
     PostureResult,
@@ -58,7 +59,6 @@ from .posture import (
     minimum_condition_posture,
     planar_tetrahedron,
 )
-from .redundancy_map import RedundancyMap, redundancy_map
 from .start import CyclicStart, StartSearch, best_start, cyclic_start
 from .toolpath import Toolpath
 from .trajectory import Trajectory

@@ -13,7 +13,7 @@ from ._core import Lattice, find_route
 from ._map_data import CAUSES
 from ._path_frames import point_weights
 from ._plan_setup import Points, Setup
-from .redundancy_map import Predicate, apply_predicate
+from .maps import Predicate, apply_predicate
 
 _FULL_TURN: Final = 2.0 * np.pi
 _BRANCH_STEP: Final = 0.5

@@ -26,7 +26,7 @@ class PlanSettings:
     criterion: str = "minimax"
     smoothness: float | None = None
     angles: int = 48
-    layers: int = 48
+    layers: int = 32
     spin_range: tuple[float, float] | None = None
     spare: tuple[int, ...] | None = None
     spare_values: int = 24

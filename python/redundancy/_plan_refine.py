@@ -11,7 +11,7 @@ from ._path_frames import point_weights, shares
 from ._plan_result import PlanFailure
 from ._plan_setup import ON_PATH, Points, Setup
 from .errors import InvalidValueError
-from .redundancy_map import Predicate
+from .maps import Predicate
 from .trajectory import Trajectory
 
 _TIE: Final = 1e-6

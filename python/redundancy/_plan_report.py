@@ -12,8 +12,8 @@ from ._map_data import BY_BADNESS, CAUSES, MapData, MapLine, prepared
 from ._path_frames import point_weights, shares
 from ._results import ROWS, save_figures, whole_files, write_formats
 from .job import Job
-from .plan import Plan, PlanFailure, plan
-from .redundancy_map import RedundancyMap, redundancy_map
+from .maps import RedundancyMap, redundancy_map
+from .planning import Plan, PlanFailure, plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

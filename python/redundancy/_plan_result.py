@@ -35,7 +35,7 @@ class PlanFailure:
     def __str__(self) -> str:
         where = f"point {self.point}: {self.cause}"
         if self.cause == "joint limit" and self.joint is not None:
-            return f"{where} of joint {self.joint + 1}, by {self.excess:.3g} at least"
+            return f"{where} of joint {self.joint + 1}, by {self.excess:.3g} rad (m where it slides) at least"
         if self.cause in ("speed limit", "step limit") and self.joint is not None:
             return f"{where} of joint {self.joint + 1}, {self.excess:.3g} times it needed"
         return where
@@ -80,9 +80,12 @@ class Plan(Trajectory):
     refined: bool = False
 
     def __repr__(self) -> str:
-        worst = float(np.nanmax(self.value, initial=-np.inf))
-        state = f", {self.failure}" if self.failure is not None else ""
-        return f"Plan({self.robot.name}, {len(self)} points, {self.criterion}, worst value {worst:.6g}{state})"
+        words = [self.robot.name, f"{len(self)} points", self.criterion]
+        if self.objective is not None and np.isfinite(self.value).any():
+            words.append(f"worst value {np.nanmax(self.value):.6g}")
+        if self.failure is not None:
+            words.append(str(self.failure))
+        return f"Plan({', '.join(words)})"
 
     @property
     def gap(self) -> float:

@@ -13,7 +13,7 @@ from ._plan_bound import lower_bound
 from ._plan_refine import Part, best_part, refined_part
 from ._plan_result import PlanFailure
 from ._plan_setup import ON_PATH, Setup
-from .redundancy_map import Predicate
+from .maps import Predicate
 
 _ROUNDS: Final = 8
 """Times that points are added to the search."""
@@ -21,12 +21,16 @@ _WANDERED: Final = 0.5
 """A posture this far from where its neighbours' interpolation put it [rad] is on another route."""
 _BEYOND: Final = 0.02
 """How far in-between postures may be beyond a limit [rad or m]: the refinement brings them back."""
-_SLACKS: Final = (0.0, 0.02, 0.1)
-"""What the worst value of a route may exceed its minimum by: a grid's worst cell can force detours."""
+_SLACKS: Final = (0.1, 0.02, 0.0)
+"""What the worst value of a route may exceed its minimum by: a grid's worst cell can force detours.
+
+The smoothest route comes first: if it leads to the bound, no other is better."""
 _HASTES: Final = (2.0, 4.0, np.inf)
 """By what speed limits are multiplied where a grid knows no way: its cells are coarser than a path's steps."""
 _PROVEN: Final = 1e-7
 """A worst value this near to its lower bound, relative, needs no rivals."""
+_STARTS: Final = 64
+"""Random postures from which the first point is solved for a greedy walk."""
 _SMALL_GAP: Final = 8
 """Points between two of the search that are all added at once."""
 
@@ -68,7 +72,7 @@ def searched_parts(
         wanted = sorted({*wanted, *more})
     parts = [_best_of(setup, known, rivals, feasible) for rivals in found]
     if known.settings.spare and setup.objective is not None:
-        parts = _or_followed(setup, known, parts, feasible)
+        parts = _or_followed(setup, parts, feasible)
     return parts
 
 
@@ -87,10 +91,10 @@ def _routes(setup: Setup, known: Layers, points: list[int], whole: bool) -> list
     """Return the rival routes of a run of points, or of its parts where there is no way from one to the next."""
     closed = setup.closed and whole
     for haste in (1.0, *_HASTES) if np.isfinite(setup.data.bounds).any() else (1.0,):
-        first = known.route(points, closed, haste=haste)
+        slacks = _SLACKS if setup.criterion == "minimax" else (0.0,)
+        first = known.route(points, closed, slacks[0], haste)
         if len(first.points) == len(points):
-            slacks = _SLACKS[1:] if setup.criterion == "minimax" else ()
-            rivals = [first, *(known.route(points, closed, slack, haste) for slack in slacks)]
+            rivals = [first, *(known.route(points, closed, slack, haste) for slack in slacks[1:])]
             return [[route for i, route in enumerate(rivals) if not _repeated(rivals, i)]]
     routes = []
     rest = points
@@ -121,6 +125,9 @@ def _where_more_is_needed(setup: Setup, known: Layers, wanted: list[int], found:
         lost = ~np.isfinite(restored).all(axis=1) | (np.abs(restored - q).max(axis=1) > _WANDERED)
         if setup.limits:
             lost |= np.maximum(setup.robot.q_min - restored, restored - setup.robot.q_max).max(axis=1) > _BEYOND
+        feasible = known.settings.feasible
+        if feasible is not None and not lost.all():
+            lost[~lost] = ~np.asarray(feasible(restored[~lost]))
         places = np.flatnonzero(lost)
         # Of many neighbours every other one will do: the next round sees whether it did.
         more.update(int(points[i]) for i in (places[::2] if len(places) > 2 * _SMALL_GAP else places))
@@ -148,18 +155,17 @@ def _best_of(setup: Setup, known: Layers, rivals: list[Segment], feasible: Predi
     return part
 
 
-def _or_followed(setup: Setup, known: Layers, parts: list[Part], feasible: Predicate | None) -> list[Part]:
+def _or_followed(setup: Setup, parts: list[Part], feasible: Predicate | None) -> list[Part]:
     """Return the parts, or what comes of following the path greedily from its first point if that is better.
 
     With joints to spare the grid is coarse, and a greedy walk that keeps away from limits can be worth more.
     """
     assert setup.objective is not None
-    cells = known.cells[0]
-    if not known.is_open(0):
-        return parts
-    best = int(np.argmin(np.where(cells.cause == 0, cells.value, np.inf)))
     solver = OrthogonalSQP(setup.robot, setup.task, setup.objective, limits=setup.limits)
-    q, _, position_error, axis_error, _, _ = solver.follow_chunk(setup.targets, cells.q[best])
+    start, _, status, _ = solver.solve(setup.targets[0], starts=_STARTS)
+    if status == "unreachable":
+        return parts
+    q, _, position_error, axis_error, _, _ = solver.follow_chunk(setup.targets, start)
     if max(position_error.max(), axis_error.max()) > ON_PATH:
         return parts
     if setup.closed:

@@ -60,6 +60,11 @@ def _first_failure(setup: Setup, known: Layers, parts: list[Part], result: Plan)
     bad = result.unreachable
     if bad and not any(failure.point <= bad[0] for failure in failures):
         failures.append(_cause_at(known, bad[0]))
+    feasible = known.settings.feasible
+    if feasible is not None and parts:
+        reached = [point for point in range(len(result)) if point not in set(bad)]
+        refused = np.flatnonzero(~np.asarray(feasible(result.q[reached])))
+        failures.extend(PlanFailure(reached[i], "predicate") for i in refused[:1])
     starts = [part.first for part in parts[1:]]
     if starts and not failures:
         failures.append(PlanFailure(starts[0], "no way"))

@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, step};
 use _core::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
-use _core::inverse::reach;
+use _core::inverse::{Inverse, reach};
 use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
-use _core::linalg::{MAX_JOINTS, vector::halves};
+use _core::linalg::{MAX_JOINTS, frame::Frame, vector::halves};
 use _core::optimize::qp::{self, MAX_VARIABLES, Row};
 use _core::resolve::{
     Bounds, Known, Memory, Method, OrthogonalSqp, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Settings, newton_step,
 };
-use _core::robot::Robot;
+use _core::robot::{Joint, Robot};
 use _core::task::{Target, Task};
 use _core::with_capacity;
 
@@ -251,4 +251,23 @@ fn nine_joints() {
 #[test]
 fn twelve_joints() {
     everything(&Rng(12).robot(12, true, 0));
+}
+
+#[test]
+fn inverse_kinematics() {
+    let mut rng = Rng(21);
+    let mut link = |alpha: f64, meeting: bool| {
+        let (a, d) = if meeting { (0.0, 0.0) } else { (rng.within(0.1, 0.5), rng.within(0.1, 0.5)) };
+        Frame::translation([a, 0.0, d]).compose(&Frame::rotation([1.0, 0.0, 0.0], alpha))
+    };
+    let wrist: [Frame; 6] = std::array::from_fn(|i| link(1.2 - 0.3 * i as f64, i > 3));
+    let parallel: [Frame; 6] = std::array::from_fn(|i| link(if i == 2 || i == 3 { 0.0 } else { 1.2 }, false));
+    let general: [Frame; 6] = std::array::from_fn(|i| link(1.2 - 0.3 * i as f64, false));
+    for links in [wrist, parallel, general] {
+        let robot = Robot::new("arm", &[Joint::Revolute; 6], &links, Frame::IDENTITY).unwrap();
+        let solver = Inverse::new(Arc::new(robot.clone())).unwrap();
+        let pose = forward::<6>(&robot, &[0.3, -0.4, 0.5, 0.6, 0.7, 0.8]);
+        let found = free_of_allocation(&format!("{:?}", solver.structure()), || solver.solve(&pose));
+        assert!(found.count > 0);
+    }
 }

@@ -191,9 +191,9 @@ fn whole_turns_are_searched_only_where_limits_ask_for_them() {
     for (layer, q) in found.q.iter().enumerate() {
         assert!((q - (angle(layer) - TAU)).abs() < 1e-12);
     }
-    // Within one turn and a half altogether only a part of the way fits.
+    // Within three quarters of a turn either way it can begin at 0 alone, and three quarters of a turn are all that there is.
     let part = find_route(&graph, &search, Some(&limits(-0.75 * TAU, 0.75 * TAU)), false);
-    assert!(part.q.len() < layers && part.q.len() > layers / 2, "{}", part.q.len());
+    assert_eq!(part.q.len(), 1 + 3 * (layers - 1) / 8);
     assert!(part.q.iter().all(|q| q.abs() <= 0.75 * TAU));
 }
 

@@ -9,6 +9,7 @@ mod objective;
 mod plan;
 mod posture;
 mod rate;
+mod refine;
 mod robot;
 mod secondary;
 mod solution;
@@ -29,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use super::objective::PyObjective;
     #[pymodule_export]
-    use super::plan::{PyLattice, find_route_py, least_value_py, refine_path, restore_path};
+    use super::plan::{PyLattice, find_route_py};
     #[pymodule_export]
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
@@ -37,6 +38,8 @@ mod _core {
         Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
         WeightedInverse,
     };
+    #[pymodule_export]
+    use super::refine::{least_value_py, refine_path, restore_path};
     #[pymodule_export]
     use super::robot::PyRobot;
     #[pymodule_export]

@@ -55,6 +55,16 @@ pub fn on_line(line: &Turned, value: f64, scale: f64) -> Option<Points> {
     Some(beside((a / r, b / r), foot, 1.0 - foot.abs()))
 }
 
+/// A turn at which `line` lies between two values: none if that will do, else one well inside.
+pub fn turn_between_values(line: &Turned, least: f64, most: f64) -> Point {
+    let r = line.cosine.hypot(line.sine);
+    if (least..=most).contains(&(line.constant + line.cosine)) {
+        return (1.0, 0.0);
+    }
+    let wanted = 0.5 * (least.max(line.constant - r) + most.min(line.constant + r));
+    on_line(line, wanted, r).and_then(|points| points.iter().next()).map_or((1.0, 0.0), |(turn, ..)| turn)
+}
+
 /// The two points of the circle at `foot` along a unit vector, `gap` short of its end; one where they are rounding apart.
 #[inline(always)]
 pub fn beside((x, y): Point, foot: f64, gap: f64) -> Points {
@@ -82,6 +92,8 @@ pub fn product(f: [f64; 3], g: [f64; 3]) -> Conic {
 const NEAR: f64 = 1e-2;
 /// What the conic may miss zero by at an angle, relative to its coefficients.
 const ZERO: f64 = 1e-9;
+/// The same where it touches zero without crossing it.
+const TOUCHED: f64 = 2e-15;
 /// Newton steps of a polish, and how far they may lead [rad].
 const STEPS: usize = 6;
 const STRAY: f64 = 0.05;
@@ -113,9 +125,9 @@ pub fn on_conic(k: &Conic) -> Option<Points> {
             continue;
         }
         let start = z.1.atan2(z.0);
-        // At a root, or where two of them have all but met: there the slope has a root that is told sharply.
-        let angle = polished(&f, start, 0).filter(|q| f(*q)[0].abs() <= ZERO * scale);
-        let angle = angle.or_else(|| polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= ZERO * scale));
+        // Where two roots have met the slope has one that is told sharply; else the root itself.
+        let touching = polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= TOUCHED * scale);
+        let angle = touching.or_else(|| polished(&f, start, 0).filter(|q| f(*q)[0].abs() <= ZERO * scale));
         if let Some(angle) = angle {
             let (s, c) = angle.sin_cos();
             let twin = points.iter().position(|((x, y), ..)| (x - c).abs() + (y - s).abs() <= TANGENT);

@@ -1,6 +1,6 @@
 //! Three parallel axes, joints 2, 3 and 4 of the loop (the UR robots and their kin).
 
-use super::circle::{on_line, on_two_circles};
+use super::circle::{on_line, on_two_circles, turn_between_values};
 use super::solutions::Solutions;
 use super::structure::{Loop, Turn, Turned, across, angle_between, angle_of, point, square, third_row, turn_between, turned, unpoint};
 use super::wrist::middle_turns;
@@ -72,13 +72,8 @@ fn within_reach(distance: &Turned, reach: impl Fn(Turn) -> f64) -> Turn {
     let swing = distance.cosine.hypot(distance.sine);
     let (least, most) = (distance.constant - swing, distance.constant + swing);
     let (none, quarter, half) = (reach((1.0, 0.0)), reach((0.0, 1.0)), reach((-1.0, 0.0)));
-    if (least..=most).contains(&none) {
-        return (1.0, 0.0);
-    }
-    let line = Turned { constant: 0.5 * (none + half), cosine: 0.5 * (none - half), sine: quarter - 0.5 * (none + half) };
-    let r = line.cosine.hypot(line.sine);
-    let wanted = 0.5 * (least.max(line.constant - r) + most.min(line.constant + r));
-    on_line(&line, wanted, distance.constant).and_then(|points| points.iter().next()).map_or((1.0, 0.0), |(turn, ..)| turn)
+    let middle = 0.5 * (none + half);
+    turn_between_values(&Turned { constant: middle, cosine: none - middle, sine: quarter - middle }, least, most)
 }
 
 /// q6 from the directions, then the planar arm of joints 2, 3 and 4.

@@ -19,8 +19,8 @@ pub struct Regional {
     pub side: u8,
     /// Whether solutions meet here.
     pub singular: bool,
-    /// Whether a joint may be chosen: it is 0.
-    pub free: bool,
+    /// A joint that may be chosen: it is 0.
+    pub free: Option<usize>,
 }
 
 /// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for.
@@ -77,7 +77,7 @@ impl Arm<'_> {
                 let on_axis = across(wrist) <= (ON_AXIS * self.size).powi(2);
                 let second = if on_axis { (1.0, 0.0) } else { turn_between(wrist, seen) };
                 let singular = on_axis || beside || stretched;
-                found(Regional { turns: [(c1, s1), second, (c3, s3)], side: 2 * shoulder + elbow, singular, free: on_axis });
+                found(Regional { turns: [(c1, s1), second, (c3, s3)], side: 2 * shoulder + elbow, singular, free: on_axis.then_some(1) });
             }
         }
         true
@@ -95,7 +95,7 @@ impl Arm<'_> {
         };
         for ((c3, s3), elbow, _) in third.iter() {
             let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
-            found(Regional { turns: [(1.0, 0.0), turn_between(wrist, seen), (c3, s3)], side: elbow, singular: true, free: true });
+            found(Regional { turns: [(1.0, 0.0), turn_between(wrist, seen), (c3, s3)], side: elbow, singular: true, free: Some(0) });
         }
         true
     }
@@ -188,6 +188,11 @@ impl Arm<'_> {
         let seen = point(self.l1, turned(second.0, second.1, wrist));
         let on_first = across(seen) <= near || across(self.place) <= near;
         let first = if on_first { (1.0, 0.0) } else { turn_between(seen, self.place) };
-        found(Regional { turns: [first, second, (c, s)], side, singular: tangent || on_first || on_second, free: on_first || on_second });
+        found(Regional {
+            turns: [first, second, (c, s)],
+            side,
+            singular: tangent || on_first || on_second,
+            free: if on_first { Some(0) } else { on_second.then_some(1) },
+        });
     }
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::circle::turn_between_values;
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
 use super::solutions::{MAX_SOLUTIONS, Solutions};
-use super::structure::{Loop, Structure, angle_of, entered, point, unpoint};
+use super::structure::{Loop, Structure, Turn, Turned, angle_of, entered, point, third_row, unpoint};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::general::general;
@@ -45,7 +46,7 @@ impl Inverse {
     pub fn new(robot: Arc<Robot>) -> Result<Self> {
         if robot.n() != 6 || robot.joints().iter().any(|joint| *joint != Joint::Revolute) {
             let got = format!("joints {:?}", robot.joint_letters());
-            return Err(Error::value("robot", got, "six revolute joints that are not fixed"));
+            return Err(Error::value("robot", got, "six revolute joints, the others held (fixed), or an arm_angle"));
         }
         let unlimited = robot.with_limits(Limits::none(6))?;
         let mut links: Loop = std::array::from_fn(|i| robot.links()[(i + 1) % 6]);
@@ -179,22 +180,38 @@ fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
     let centre = point(&l[2], [0.0, 0.0, before]);
     let place = unpoint(&l[5], [0.0, 0.0, after]);
     let hand = l[5].inverse();
-    let turn = |r: Regional| {
-        let mut arm = Frame::IDENTITY;
-        for ((c, s), link) in r.turns.iter().zip(l) {
-            arm = arm.turn_z(*c, *s).compose(link);
+    let turn = |mut r: Regional| {
+        if let Some(joint) = r.free {
+            r.turns[joint] = chosen(l, &hand, &r.turns, joint);
         }
+        let arm = chained(Frame::IDENTITY, l, &r.turns, 0..3);
         let [q1, q2, q3] = r.turns.map(angle_of);
         let wanted = Frame { axes: hand.axes.map(|axis| arm.unrotate(axis)), origin: [0.0; 3] };
         wrist(&l[3], &l[4], &wanted, |w| {
             let [q4, q5, q6] = w.q;
             found.push([q1, q2, q3, q4, q5, q6], 2 * r.side + w.side, r.singular || w.singular);
-            found.complete &= !(r.free || w.free);
+            found.complete &= r.free.is_none() && !w.free;
         });
     };
     if !regional(&l[0], &l[1], centre, place, turn) {
         found.complete = false;
     }
+}
+
+/// `start` followed by some of the joints and their links.
+fn chained(start: Frame, l: &Loop, turns: &[Turn; 3], joints: std::ops::Range<usize>) -> Frame {
+    joints.fold(start, |arm, k| arm.turn_z(turns[k].0, turns[k].1).compose(&l[k]))
+}
+
+/// A turn of a joint that does not move the wrist's centre, at which the wrist can do the rest.
+fn chosen(l: &Loop, hand: &Frame, turns: &[Turn; 3], joint: usize) -> Turn {
+    let before = chained(Frame::IDENTITY, l, turns, 0..joint);
+    let after = chained(l[joint], l, turns, joint + 1..3);
+    // Cosine of the angle between the outer axes of the wrist: what the joint makes of it, and what the wrist can.
+    let made = Turned::new(before.unrotate(hand.axes[2]), after.axes[2]);
+    let wrist = Turned::new(third_row(&l[3]), l[4].axes[2]);
+    let r = wrist.cosine.hypot(wrist.sine);
+    turn_between_values(&made, wrist.constant - r, wrist.constant + r)
 }
 
 /// No closed form: by elimination, whose solutions may come more than once.

@@ -15,7 +15,7 @@ from ._plan_verdict import assembled
 from ._progress import progress as progress_bar
 from ._spare import angle_grid, spare_grid
 from .errors import InvalidValueError
-from .redundancy_map import Predicate
+from .maps import Predicate
 from .toolpath import Toolpath
 from .trajectory import Trajectory
 
@@ -36,7 +36,7 @@ def plan(
     *,
     smoothness: float | None = None,
     n_angles: int = 48,
-    layers: int = 48,
+    layers: int = 32,
     spin_range: tuple[float, float] | None = None,
     max_spin_step: float = np.pi / 3.0,
     max_step: float | None = None,

@@ -1,0 +1,73 @@
+"""The planner beside the grid search of docs/: never worse, and smoother, on a few short paths."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import redundancy as rd
+from redundancy._path_frames import shares
+
+from tests.reference.pages import load
+
+plan_cases: Any = load("plan_cases")
+grid_search: Any = load("grid_search")
+compare_plan: Any = load("compare_plan")
+
+BETTER = [("fanuc_m710ic50_milling", "cylinder_inside"), ("abb_irb120", "cylinder_inside"), ("ur5e", "limit_line")]
+WORSE = [("ur5e", "dash")]
+"""Where the grid is better: the refinement stops early (minimax), or the route is in another basin (integral)."""
+
+
+def check(robot: str, name: str) -> None:
+    for found in compare_plan.compare(plan_cases.case(name, robot)):
+        assert found.fault == ""
+        assert found.grid is not None
+        assert found.never_worse, (found.criterion, found.verdict)
+        assert found.smoother, (found.criterion, found.verdict)
+
+
+@pytest.mark.parametrize(("robot", "name"), BETTER, ids=lambda x: x)
+def test_a_plan_is_not_worse_than_a_grid_and_smoother(robot: str, name: str) -> None:
+    check(robot, name)
+
+
+@pytest.mark.xfail(strict=False, reason="the planner ends in a worse way")
+@pytest.mark.parametrize(("robot", "name"), WORSE, ids=lambda x: x)
+def test_a_plan_that_is_worse_than_a_grid(robot: str, name: str) -> None:
+    check(robot, name)
+
+
+def test_a_closed_grid_way_ends_where_it_starts() -> None:
+    case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
+    grid = grid_search.make_grid(
+        case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180
+    )
+    for found in (grid.minimax(), grid.integral(1e-6)):
+        assert found.spin[0] == found.spin[-1]
+        assert found.bound <= found.objective
+        turns = (found.q[-1] - found.q[0]) / (2.0 * np.pi)
+        np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+
+
+def test_the_grid_finds_the_best_of_all_ways() -> None:
+    """A grid of 8 spins over 4 points, beside every one of its ways."""
+    case = plan_cases.case("limit_line", "fanuc_m710ic50_milling")
+    path = rd.Toolpath(case.path.position[30:42:3], case.path.axis[30:42:3])
+    objective = rd.ConditionNumber(case.length)
+    grid = grid_search.make_grid(case.robot, path, objective, shares(path), spins=24, window=0.6)
+    smoothness = 1e-3
+    best = {"minimax": np.inf, "integral": np.inf}
+    for branch in grid.branches:
+        spins = np.indices((24,) * 4).reshape(4, -1)
+        change = np.abs(np.diff(spins, axis=0))
+        spins = spins[:, (np.minimum(change, 24 - change) <= grid.window).all(axis=0)]
+        value = np.stack([branch.value[i, 0, spins[i]] for i in range(4)])
+        steps = np.diff(np.stack([branch.q[i, :, 0, spins[i]] for i in range(4)]), axis=0)
+        steps = np.where(branch.wide, np.angle(np.exp(1j * steps)), steps)
+        kept = np.isfinite(value).all(axis=0) & (np.abs(steps) <= grid_search.JUMP).all(axis=(0, 2))
+        motion = ((steps**2).sum(axis=2) / grid.shares[:, None]).sum(axis=0)
+        best["minimax"] = min(best["minimax"], value.max(axis=0)[kept].min(initial=np.inf))
+        cost = grid.weights @ np.where(np.isfinite(value), value, 0.0) + smoothness * motion
+        best["integral"] = min(best["integral"], cost[kept].min(initial=np.inf))
+    assert grid.minimax().objective == pytest.approx(best["minimax"], rel=1e-12)
+    assert grid.integral(smoothness).objective == pytest.approx(best["integral"], rel=1e-12)
