@@ -1,7 +1,8 @@
-"""`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick]``.
+"""`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick] [name ...]``.
 
 Prints the tables of docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws
-its pictures. With --quick only paths of up to 151 points are compared. Times are of the machine that runs it.
+its pictures. With --quick only paths of up to 151 points are compared, with names only these
+robots and paths. Times are of the machine that runs it.
 """
 
 import re
@@ -25,6 +26,8 @@ Criterion = Literal["minimax", "integral"]
 HERE = Path(__file__).resolve().parent
 PAGE = HERE / "plan_comparison.md"
 CRITERIA: Final[tuple[Criterion, ...]] = ("minimax", "integral")
+ROBOTS: Final = set(plan_cases.REACH)
+PATHS: Final = {build.__name__ for build in plan_cases.SHAPES}
 QUICK_POINTS: Final = 151
 PRECISION: Final = 1e-6
 """Part of the value that the planner may give away for less motion: its `smoothness` where none is given."""
@@ -291,8 +294,11 @@ def draw(results: Sequence[Comparison], folder: Path) -> None:
 def main(arguments: list[str]) -> int:
     """Print the tables; with --write, put them into the page and draw the picture."""
     results: list[Comparison] = []
+    names = {argument for argument in arguments if not argument.startswith("--")}
     for case in plan_cases.cases():
         if "--quick" in arguments and len(case.path) > QUICK_POINTS:
+            continue
+        if any(names & every and one not in names for one, every in ((case.robot.name, ROBOTS), (case.name, PATHS))):
             continue
         for result in compare(case):
             results.append(result)

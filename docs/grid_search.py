@@ -71,11 +71,15 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """States of a branch: joints (N, 6, C, A), C turns of a joint, and values (N, C, A), infinite where none is."""
+    """States of a branch: joints (N, 6, C, A), C turns of a joint, and values (N, C, A), infinite where none is.
+
+    Joints that are ``wide`` are compared up to whole turns; those ``turned`` have every turn as a state.
+    """
 
     q: F64 = field(repr=False)
     value: F64 = field(repr=False)
     wide: Bool
+    turned: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,10 +262,12 @@ class Grid:
         for t in range(1, points):
             now = np.zeros_like(before)
             for c in range(copies):
-                columns = np.flatnonzero(np.isfinite(cost[t, c]))
                 for other in range(copies):
-                    alive = np.where(before[other].any(axis=1), 0.0, np.inf)
-                    step = _windows(alive, self.window)[:, columns]
+                    alive = before[other].any(axis=1)
+                    columns = self._near(branch, t, c, np.isfinite(cost[t, c]), other, alive)
+                    if not len(columns):
+                        continue
+                    step = _windows(np.where(alive, 0.0, np.inf), self.window)[:, columns]
                     for j in range(6):
                         apart = np.abs(
                             _windows(branch.q[t - 1, j, other], self.window)[:, columns] - branch.q[t, j, c, columns]
@@ -276,6 +282,16 @@ class Grid:
             before = now
         back = np.unpackbits(np.bitwise_or.reduce(before, axis=0).view(np.uint8), axis=1, bitorder="little")
         return np.flatnonzero(back[np.arange(spins), np.arange(spins)])
+
+    def _near(self, branch: Branch, t: int, copy: int, wanted: Bool, other: int, alive: Bool) -> Int:
+        """Return the spins of a copy that no turned joint keeps from all live states of another copy before."""
+        wanted = wanted & alive.any()
+        turned = branch.turned if wanted.any() else ()
+        for j in turned:
+            there, here = branch.q[t - 1, j, other][alive], branch.q[t, j, copy]
+            bound = self.largest[t - 1, j]
+            wanted = wanted & (here >= there.min() - bound) & (here <= there.max() + bound)
+        return np.flatnonzero(wanted)
 
     def _sweep(
         self, branch: Branch, cost: F64, smoothness: float | None, start: Bool | None
@@ -298,10 +314,10 @@ class Grid:
             joints = [[_windows(branch.q[t - 1, j, c], self.window) for j in range(6)] for c in range(copies)]
             factor = 0.0 if smoothness is None else smoothness / self.shares[t - 1]
             for c in range(copies):
-                columns = np.flatnonzero(np.isfinite(own[c]))
-                if not len(columns):
-                    continue
                 for other in range(copies):
+                    columns = self._near(branch, t, c, np.isfinite(own[c]), other, np.isfinite(label[other]))
+                    if not len(columns):
+                        continue
                     step = before[other][:, columns]
                     square = np.zeros_like(step)
                     for j in range(6):
@@ -442,4 +458,4 @@ def _with_turns(branch: Branch, joint: int, robot: rd.Robot) -> tuple[Branch, in
     value = np.where(turned <= high, value, np.inf)
     wide = branch.wide.copy()
     wide[joint] = False
-    return Branch(q, value, wide), copies
+    return Branch(q, value, wide, (*branch.turned, joint)), copies

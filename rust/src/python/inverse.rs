@@ -3,11 +3,12 @@
 use std::f64::consts::TAU;
 use std::sync::{Arc, OnceLock};
 
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::array::{elements, ok, output, read_matrix};
+use super::array::{elements, ok, output};
+use super::frames::read_frame;
 use crate::error::{Error, Result, check_finite};
 use crate::inverse::{ArmAngle, Inverse};
 use crate::linalg::MAX_JOINTS;
@@ -23,19 +24,6 @@ struct Postures {
     q: Vec<f64>,
     singular: Vec<bool>,
     complete: bool,
-}
-
-/// A frame; quickly when it comes as numpy makes it.
-pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
-    if let Ok(array) = value.cast::<PyArray2<f64>>()
-        && array.shape() == [4, 4]
-        && array.is_c_contiguous()
-        && let Ok(readable) = array.try_readonly()
-        && let Ok(numbers) = readable.as_slice()
-    {
-        return ok(Frame::from_matrix(name, numbers));
-    }
-    ok(Frame::from_matrix(name, &read_matrix(name, value)?))
 }
 
 /// The joints that are held: ``{joint: coordinate}``.

@@ -3,6 +3,7 @@
 mod array;
 mod custom;
 mod errors;
+mod frames;
 mod index;
 mod inverse;
 mod objective;

@@ -4,10 +4,10 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::array::{elements, ok, output, read_any, read_list, read_vector};
+use super::frames::read_frames;
 use super::objective::PyObjective;
 use super::robot::PyRobot;
 use crate::error::{Error, Result, check_finite};
-use crate::linalg::frame::Frame;
 use crate::plan::{Criterion, Graph, Lattice, Search, find_route, wide_joints};
 
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -229,10 +229,4 @@ pub fn find_route_py<'py>(
     let array = output(py, None, [found.cells.len(), n])?;
     elements(&array).copy_from_slice(&found.q);
     Ok((array, found.cells, found.cost, found.blockage.map(|b| (b.joint, b.excess))))
-}
-
-/// Frames (N, 4, 4).
-pub(super) fn read_frames(frames: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
-    let (numbers, _) = read_any("frames", frames)?;
-    ok(numbers.chunks(16).map(|matrix| Frame::from_matrix("frames", matrix)).collect())
 }

@@ -4,8 +4,9 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::array::{elements, ok, output, read_any, read_list, vector};
+use super::frames::read_frames;
 use super::objective::PyObjective;
-use super::plan::{Array, criterion, read_frames};
+use super::plan::{Array, criterion};
 use super::robot::PyRobot;
 use super::solution;
 use super::task::PyTask;

@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::array::{elements, map_rows, ok, output, read_any, read_list, read_matrix, read_vector, vector};
+use super::array::{elements, map_rows, ok, output, read_any, read_list, read_vector, vector};
+use super::frames::{Maybe, finish, limits, matrices, matrix, read_frame};
 use super::inverse::{self, Wanted, read_fixed};
 use crate::error::{Error, Result};
 use crate::inverse::{ArmAngle, Inverse, Structure};
 use crate::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::robot::{Convention, DhTable, Limits, Robot, parse_joints};
+use crate::robot::{Convention, DhTable, Robot, parse_joints};
 use crate::with_capacity;
 
 /// A serial robot: joints, fixed transforms, base, tool and limits; it never changes.
@@ -44,44 +45,6 @@ impl From<Robot> for PyRobot {
     fn from(robot: Robot) -> Self {
         Self { robot: Arc::new(robot), inverse: OnceLock::new() }
     }
-}
-
-type Maybe<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
-
-fn frame(name: &str, value: Maybe<'_, '_>) -> PyResult<Option<Frame>> {
-    value.map(|value| ok(Frame::from_matrix(name, &read_matrix(name, value)?))).transpose()
-}
-
-fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
-    let mut limits = robot.limits().clone();
-    let slots =
-        [("q_min", &mut limits.q_min), ("q_max", &mut limits.q_max), ("qd_max", &mut limits.qd_max), ("qdd_max", &mut limits.qdd_max)];
-    for ((name, slot), value) in slots.into_iter().zip(given) {
-        if let Some(value) = value {
-            *slot = read_list(name, value)?;
-        }
-    }
-    Ok(limits)
-}
-
-fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
-    if let Some(tool) = frame("tool", tool)? {
-        robot = robot.with_tool(tool);
-    }
-    if let Some(base) = frame("base", base)? {
-        robot = robot.with_base(base);
-    }
-    let limits = limits(&robot, given)?;
-    Ok(PyRobot::from(ok(robot.with_limits(limits))?))
-}
-
-fn matrix<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    PyArray1::from_slice(py, &frame.matrix()).reshape([4, 4])
-}
-
-fn matrices<'py>(py: Python<'py>, frames: &[Frame]) -> PyResult<Bound<'py, PyArray3<f64>>> {
-    let numbers: Vec<f64> = frames.iter().flat_map(Frame::matrix).collect();
-    PyArray1::from_vec(py, numbers).reshape([frames.len(), 4, 4])
 }
 
 #[pymethods]
@@ -190,7 +153,7 @@ impl PyRobot {
             return Err(Error::Shape { name: "links".into(), got: format!("{shape:?}"), expected: "(n, 4, 4)".into() }.into());
         }
         let frames = numbers.chunks_exact(16).map(|m| ok(Frame::from_matrix("links", m))).collect::<PyResult<Vec<_>>>()?;
-        let flange = ok(Frame::from_matrix("flange", &read_matrix("flange", flange)?))?;
+        let flange = read_frame("flange", flange)?;
         finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
     }
 
@@ -358,13 +321,13 @@ impl PyRobot {
 
     /// The same robot with another tool frame (4, 4) in its flange frame.
     fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let tool = ok(Frame::from_matrix("tool", &read_matrix("tool", tool)?))?;
+        let tool = read_frame("tool", tool)?;
         Ok(self.robot.with_tool(tool).into())
     }
 
     /// The same robot with another base frame (4, 4) in the world.
     fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let base = ok(Frame::from_matrix("base", &read_matrix("base", base)?))?;
+        let base = read_frame("base", base)?;
         Ok(self.robot.with_base(base).into())
     }
 

@@ -92,8 +92,8 @@ pub fn product(f: [f64; 3], g: [f64; 3]) -> Conic {
 const NEAR: f64 = 1e-2;
 /// What the conic may miss zero by at an angle, relative to its coefficients.
 const ZERO: f64 = 1e-9;
-/// The same where it touches zero without crossing it.
-const TOUCHED: f64 = 2e-15;
+/// The same where it touches zero: roots nearer to each other than a tangent is told by are one.
+const TOUCHED: f64 = 1e-14;
 /// Newton steps of a polish, and how far they may lead [rad].
 const STEPS: usize = 6;
 const STRAY: f64 = 0.05;
