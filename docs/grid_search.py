@@ -171,22 +171,40 @@ class Grid:
 
         Ceilings start at a level, that of a way that need not close, and that may need more turns than there are.
         """
+        lower = level
+        while level <= ceiling:
+            cost = np.where(branch.value <= level, 0.0, np.inf)
+            found = self._closed(branch, cost, 1.0) if self.closed else self._open(branch, cost, 1.0)
+            if found is None and not self.closed:
+                break
+            if found is None:
+                lower, level = self._closing_level(branch, level, ceiling)
+                continue
+            q, joint = _turned(found.q, branch.wide, self.robot)
+            if joint is None:
+                return replace(found, q=q), lower
+            branch, _ = _with_turns(branch, joint, self.robot)
+            level, _ = self._sweep(branch, np.where(branch.value <= ceiling, branch.value, np.inf), None, None)
+            lower = level
+        return None, ceiling
+
+    def _closing_level(self, branch: Branch, level: float, ceiling: float) -> tuple[float, float]:
+        """Return ceilings next to each other: under the first no way closes, under the second one does."""
+
+        def closes(level: float) -> bool:
+            return len(self._closing(branch, np.where(branch.value <= level, 0.0, np.inf))) > 0
+
         ceiling = min(ceiling, float(branch.value[np.isfinite(branch.value)].max()))
-        lower, upper, raised = level, level, FIRST_RAISE
-        found = self._under(branch, level)
-        while found is None and upper < ceiling:
-            lower, upper, raised = upper, min((1.0 + raised) * level, ceiling), 3.0 * raised
-            found = self._under(branch, upper)
-        if found is None:
-            return None, ceiling
+        lower, upper, raised = level, (1.0 + FIRST_RAISE) * level, FIRST_RAISE
+        while not closes(min(upper, ceiling)):
+            if upper >= ceiling:
+                return ceiling, np.inf
+            raised *= 3.0
+            lower, upper = upper, (1.0 + raised) * level
         while upper - lower > CEILING_STEP * level:
             middle = 0.5 * (lower + upper)
-            tried = self._under(branch, middle)
-            lower, upper, found = (middle, upper, found) if tried is None else (lower, middle, tried)
-        return found, lower
-
-    def _under(self, branch: Branch, ceiling: float) -> Found | None:
-        return self._within_limits(branch, np.where(branch.value <= ceiling, 0.0, np.inf), 1.0)
+            lower, upper = (lower, middle) if closes(middle) else (middle, upper)
+        return lower, min(upper, ceiling)
 
     def motion(self, q: F64) -> float:
         """Return the integral of the squared joint speed over the path's share."""

@@ -88,25 +88,30 @@ pub fn product(f: [f64; 3], g: [f64; 3]) -> Conic {
     [f[0] * g[0], f[0] * g[1] + f[1] * g[0], f[0] * g[2] + f[2] * g[0], f[1] * g[1], f[1] * g[2] + f[2] * g[1], f[2] * g[2]]
 }
 
+/// Largest coefficient of several conics.
+pub fn magnitude(conics: &[Conic]) -> f64 {
+    conics.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()))
+}
+
 /// Roots of the quartic this near to the unit circle (relative) may be real angles: double roots split by the square root of rounding.
 const NEAR: f64 = 1e-2;
 /// What the conic may miss zero by at an angle, relative to its coefficients.
 const ZERO: f64 = 1e-9;
-/// The same where it touches zero: roots nearer to each other than a tangent is told by are one.
-const TOUCHED: f64 = 1e-14;
+/// The same where it touches zero, relative to what it is the sum of.
+const TOUCHED: f64 = 1.4e-14;
 /// Newton steps of a polish, and how far they may lead [rad].
 const STEPS: usize = 6;
 const STRAY: f64 = 0.05;
 /// Rounds of the simultaneous iteration; it converges cubically from points spread on a circle.
 const ROUNDS: usize = 40;
 
-/// Where a conic meets the circle; `None` when it vanishes on all of it.
-pub fn on_conic(k: &Conic) -> Option<Points> {
+/// Where a conic meets the circle; `None` when it vanishes on all of it. `magnitude` is that of the terms whose sum it is: it tells what is
+/// rounding.
+pub fn on_conic(k: &Conic, magnitude: f64) -> Option<Points> {
     // As a trigonometric polynomial: a0 + a1 cos q + b1 sin q + a2 cos 2q + b2 sin 2q.
     let (a0, a1, b1, a2, b2) = (k[0] + 0.5 * (k[3] + k[5]), k[1], k[2], 0.5 * (k[3] - k[5]), 0.5 * k[4]);
     let scale = a0.abs() + a1.abs() + b1.abs() + a2.abs() + b2.abs();
-    let size = k.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if !(scale > 1e-14 * size && scale.is_finite()) {
+    if !(scale > 1e-14 * magnitude && scale.is_finite()) {
         return None;
     }
     if a2.abs() + b2.abs() <= 1e-14 * scale {
@@ -126,7 +131,7 @@ pub fn on_conic(k: &Conic) -> Option<Points> {
         }
         let start = z.1.atan2(z.0);
         // Where two roots have met the slope has one that is told sharply; else the root itself.
-        let touching = polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= TOUCHED * scale);
+        let touching = polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= TOUCHED * magnitude);
         let angle = touching.or_else(|| polished(&f, start, 0).filter(|q| f(*q)[0].abs() <= ZERO * scale));
         if let Some(angle) = angle {
             let (s, c) = angle.sin_cos();
@@ -142,15 +147,19 @@ pub fn on_conic(k: &Conic) -> Option<Points> {
 
 /// Newton's method for a root of derivative `order` (0 or 1); `None` where it leads far away.
 fn polished(f: &impl Fn(f64) -> [f64; 3], start: f64, order: usize) -> Option<f64> {
-    let mut angle = start;
+    let (mut angle, mut best) = (start, (f64::INFINITY, start));
     for _ in 0..STEPS {
         let at = f(angle);
+        if at[order].abs() < best.0 {
+            best = (at[order].abs(), angle);
+        }
         let step = at[order] / at[order + 1];
         if !step.is_finite() || step.abs() < 1e-17 {
             break;
         }
         angle -= step.clamp(-0.1, 0.1);
     }
+    let angle = best.1;
     ((angle - start).abs() <= STRAY).then_some(angle)
 }
 
@@ -225,7 +234,7 @@ pub fn on_two_circles(a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> Option
     let (first, second) = (product(x(0), x(0)), product(x(1), x(1)));
     let mut conic: Conic = std::array::from_fn(|i| first[i] + second[i]);
     conic[0] -= 1.0;
-    let points = on_conic(&conic)?;
+    let points = on_conic(&conic, magnitude(&[first, second]).max(1.0))?;
     let mut pairs = Pairs::default();
     for ((c, s), side, tangent) in points.iter() {
         let at = |i: usize| constant[i] + c * cosine[i] + s * sine[i];

@@ -1,6 +1,6 @@
 //! The first three joints of a decoupled arm: any three revolute axes that take a point to a place (Pieper 1968).
 
-use super::circle::{on_conic, on_line, product};
+use super::circle::{magnitude, on_conic, on_line, product};
 use super::structure::{Turn, Turned, across, point, square, third_row, turn_between, turned, unpoint};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm};
@@ -123,7 +123,7 @@ impl Arm<'_> {
             let x: [f64; 3] = std::array::from_fn(|i| (t[1] * f[i] - u[1] * g[i]) / det);
             let y: [f64; 3] = std::array::from_fn(|i| (u[0] * g[i] - t[0] * f[i]) / det);
             let (xx, yy) = (product(x, x), product(y, y));
-            let Some(points) = on_conic(&std::array::from_fn(|i| xx[i] + yy[i] - radial[i])) else {
+            let Some(points) = on_conic(&std::array::from_fn(|i| xx[i] + yy[i] - radial[i]), magnitude(&[xx, yy, radial])) else {
                 return false;
             };
             let at = |f: &[f64; 3], c: f64, s: f64| f[0] + c * f[1] + s * f[2];
