@@ -1,4 +1,4 @@
-"""`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick] [name ...]``.
+"""`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick] [--effort=N] [name ...]``.
 
 Prints the tables of docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws
 its pictures. With --quick only paths of up to 151 points are compared, with names only these
@@ -118,7 +118,7 @@ def condition_numbers(robot: rd.Robot, q: F64, length: float) -> F64:
     return values
 
 
-def compare(case: plan_cases.Case) -> list[Comparison]:
+def compare(case: plan_cases.Case, effort: int = 1) -> list[Comparison]:
     """Plan a case and search its grid, under each criterion."""
     objective = rd.ConditionNumber(case.length)
     begin = time.perf_counter()
@@ -128,7 +128,13 @@ def compare(case: plan_cases.Case) -> list[Comparison]:
     for criterion in CRITERIA:
         begin = time.perf_counter()
         plan = rd.plan(
-            case.robot, case.path, objective=objective, criterion=criterion, closed=case.closed, progress=False
+            case.robot,
+            case.path,
+            objective=objective,
+            criterion=criterion,
+            closed=case.closed,
+            effort=effort,
+            progress=False,
         )
         planning = time.perf_counter() - begin
         begin = time.perf_counter()
@@ -295,12 +301,13 @@ def main(arguments: list[str]) -> int:
     """Print the tables; with --write, put them into the page and draw the picture."""
     results: list[Comparison] = []
     names = {argument for argument in arguments if not argument.startswith("--")}
+    effort = next((int(a.removeprefix("--effort=")) for a in arguments if a.startswith("--effort=")), 1)
     for case in plan_cases.cases():
         if "--quick" in arguments and len(case.path) > QUICK_POINTS:
             continue
         if any(names & every and one not in names for one, every in ((case.robot.name, ROBOTS), (case.name, PATHS))):
             continue
-        for result in compare(case):
+        for result in compare(case, effort):
             results.append(result)
             sys.stderr.write(
                 f"{case.robot.name} {case.name} {result.criterion}: {result.plan_value:.6f} {result.grid_value:.6f}"

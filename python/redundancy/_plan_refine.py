@@ -1,6 +1,6 @@
 """From a route to the continuous optimum of a stretch of the path."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -39,7 +39,19 @@ class Part:
 
 
 def refined_part(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
-    """Refine postures of neighbouring points; keep them as they are where that fails."""
+    """Refine postures of neighbouring points; keep them as they are where that fails.
+
+    A worst value that creeps is tried again from the optimum of the mean, which is next to it and reached at once.
+    """
+    part = _refined_once(setup, points, q, feasible)
+    if setup.criterion == "minimax" and not part.refined and part.failure is None:
+        mean = _refined_once(replace(setup, criterion="integral"), points, q, feasible)
+        if mean.refined and mean.failure is None:
+            part = best_part(setup, [part, _refined_once(setup, points, mean.q, feasible)])
+    return part
+
+
+def _refined_once(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
     closing = setup.closed and len(points) == len(setup.path) > 2
     turns = 2.0 * np.pi * np.round((q[-1] - q[0]) / (2.0 * np.pi)) if closing else None
     restored = setup.restored(points, q)
@@ -86,6 +98,16 @@ def best_part(setup: Setup, parts: list[Part]) -> Part:
     limit = min(costs) + _TIE * abs(min(costs))
     equals = [part for part, cost in zip(rivals, costs, strict=True) if cost <= limit]
     return min(equals, key=lambda part: (not part.refined, part.motion))
+
+
+def better_parts(setup: Setup, old: list[Part], new: list[Part]) -> list[Part]:
+    """Return the better of two ways to follow a path: the one that reaches more of it, else the better one."""
+    if not old or not new:
+        return old or new
+    reach = [(sum(len(part.q) for part in parts), -len(parts)) for parts in (old, new)]
+    if reach[0] != reach[1]:
+        return old if reach[0] > reach[1] else new
+    return [best_part(setup, [old[0], new[0]])] if len(old) == 1 else old
 
 
 def from_warm_start(setup: Setup, feasible: Predicate | None, earlier: Trajectory | None) -> list[Part]:

@@ -95,6 +95,9 @@ def _routes(setup: Setup, known: Layers, points: list[int], whole: bool) -> list
         first = known.route(points, closed, slacks[0], haste)
         if len(first.points) == len(points):
             rivals = [first, *(known.route(points, closed, slack, haste) for slack in slacks[1:])]
+            if np.isfinite(setup.data.bounds).any():
+                # Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
+                rivals.append(known.route(points, closed, slacks[0], np.inf))
             return [[route for i, route in enumerate(rivals) if not _repeated(rivals, i)]]
     routes = []
     rest = points

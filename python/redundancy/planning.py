@@ -1,5 +1,6 @@
 """The best spin over a whole path: a search over all spins and branches, then the continuous optimum."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from ._core import Objective, Robot, Task
 from ._layers import Layers, SearchSettings
 from ._plan_bound import with_bound
-from ._plan_refine import from_warm_start
+from ._plan_refine import better_parts, from_warm_start
 from ._plan_result import Plan, PlanFailure
 from ._plan_search import searched_parts
 from ._plan_setup import Setup
@@ -48,6 +49,7 @@ def plan(
     feasible: Predicate | None = None,
     warm_start: Trajectory | None = None,
     bound: bool | None = None,
+    effort: int = 1,
     max_iterations: int = 200,
     progress: bool = True,
 ) -> Plan:
@@ -99,6 +101,9 @@ def plan(
         An earlier plan of a similar path: refined at once, with a search only if that fails.
     bound : bool, optional
         Whether to prove how good the plan is; done for "minimax" if not given.
+    effort : int
+        Searches, each with twice the spins and three times the layers of the one before; the best plan is kept. More of
+        them find narrower ways, where the gap tells that there may be some.
     max_iterations : int
         Newton steps of the refinement at most.
     progress : bool
@@ -132,7 +137,7 @@ def plan(
     (True, True)
     """
     task = Task.axisymmetric() if task is None else task
-    _check(objective, criterion, smoothness, layers, max_spin_step, max_step, max_iterations)
+    _check(objective, criterion, smoothness, layers, effort, max_spin_step, max_step, max_iterations)
     setup = Setup.of(robot, path, task, objective, criterion, smoothness, limits, closed, spin_range, max_iterations)
     chosen, values = spare_grid(robot, spare, n_spare)
     angles = angle_grid(task, n_angles, spin_range)
@@ -145,7 +150,10 @@ def plan(
         def planned(setup: Setup) -> Plan:
             known = Layers(setup, settings)
             parts = from_warm_start(setup, feasible, warm_start)
-            parts = parts or searched_parts(setup, known, feasible, layers, advance)
+            for finer in () if parts else range(effort):
+                known = Layers(setup, replace(settings, angles=angle_grid(task, n_angles * 2**finer, spin_range)))
+                searched = searched_parts(setup, known, feasible, layers * 3**finer, advance)
+                parts = better_parts(setup, parts, searched)
             result = assembled(setup, known, parts)
             return with_bound(setup, known, result, advance) if wanted else result
 
@@ -166,6 +174,7 @@ def _check(
     criterion: str,
     smoothness: float | None,
     layers: int,
+    effort: int,
     max_spin_step: float,
     max_step: float | None,
     max_iterations: int,
@@ -174,7 +183,7 @@ def _check(
         raise InvalidValueError(f"criterion is {criterion!r}, expected one of {', '.join(map(repr, _CRITERIA))}")
     if criterion != "motion" and objective is None:
         raise InvalidValueError(f"objective is None, expected an objective for the criterion {criterion!r}")
-    for name, number in (("layers", layers), ("max_iterations", max_iterations)):
+    for name, number in (("layers", layers), ("effort", effort), ("max_iterations", max_iterations)):
         if number < 1:
             raise InvalidValueError(f"{name} is {number}, expected at least 1")
     if smoothness is not None and not 0.0 <= smoothness < np.inf:
