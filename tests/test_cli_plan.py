@@ -106,6 +106,7 @@ def test_settings_reach_the_planner(tmp_path: Path) -> None:
 smoothness = 0.5
 angles = 30
 layers = 7
+effort = 2
 spin_range_deg = [-200, 100]
 spare = [3]
 spare_values = 5
@@ -116,6 +117,7 @@ warm_start = "before.json"
 """
     settings = read_job(job(tmp_path, PLAN.replace("fanuc_m710ic50_milling", "panda") + text)).plan
     assert (settings.criterion, settings.smoothness, settings.angles, settings.layers) == ("integral", 0.5, 30, 7)
+    assert settings.effort == 2
     assert settings.spin_range == pytest.approx((np.deg2rad(-200.0), np.deg2rad(100.0)), abs=1e-15)
     # Joints are counted from 1 in files.
     assert (settings.spare, settings.spare_values) == ((2,), 5)
@@ -156,6 +158,7 @@ def test_plan_of_a_robot_with_a_spare_joint(tmp_path: Path) -> None:
         ("smoothness = -1", r"plan\.smoothness: got -1, expected a number of at least 0"),
         ("smoothness = nan", r"plan\.smoothness: got nan, expected a finite number"),
         ("angles = 0", r"plan\.angles: got 0, expected an integer of at least 1"),
+        ("effort = 0", r"plan\.effort: got 0, expected an integer"),
         ("layers = 1.5", r"plan\.layers: got 1\.5, expected an integer"),
         ("spare_values = true", r"plan\.spare_values: got True, expected an integer"),
         ("spin_range_deg = [10, -10]", r"plan\.spin_range_deg: got \[10, -10\], expected two increasing angles"),

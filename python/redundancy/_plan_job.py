@@ -27,6 +27,7 @@ class PlanSettings:
     smoothness: float | None = None
     angles: int = 48
     layers: int = 32
+    effort: int = 1
     spin_range: tuple[float, float] | None = None
     spare: tuple[int, ...] | None = None
     spare_values: int = 24
@@ -59,7 +60,7 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
         If a key is unknown or wrong; of the table's kind.
     """
     table.only(
-        *("criterion", "smoothness", "angles", "layers", "spin_range_deg", "spare", "spare_values"),
+        *("criterion", "smoothness", "angles", "layers", "effort", "spin_range_deg", "spare", "spare_values"),
         *("closed", "limits", "branch_changes", "warm_start"),
     )
     default = PlanSettings()
@@ -68,6 +69,7 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
         smoothness=_smoothness(table),
         angles=table.integer("angles", default.angles, least=1),
         layers=table.integer("layers", default.layers, least=1),
+        effort=table.integer("effort", default.effort, least=1),
         spin_range=_spin_range(table),
         spare=_spare(table, robot),
         spare_values=table.integer("spare_values", default.spare_values, least=1),

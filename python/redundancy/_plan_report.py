@@ -34,6 +34,7 @@ def plan_job(job: Job, criterion: str | None, warm_start: "Trajectory | None") -
         smoothness=asked.smoothness,
         n_angles=asked.angles,
         layers=asked.layers,
+        effort=asked.effort,
         spin_range=asked.spin_range,
         spare=asked.spare,
         n_spare=asked.spare_values,
