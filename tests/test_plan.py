@@ -443,3 +443,17 @@ def test_map_tells_causes() -> None:
         ROBOT, line((1.2, 0.0, 0.3), (1.2, 0.1, 0.3), 2), objective=KAPPA, n_angles=24, feasible=lambda q: q[:, 0] > 9.0
     )
     assert set(np.unique(refused.cause)) <= {1, 2, names.index("predicate")}
+
+
+def test_a_rival_without_a_cost_never_wins() -> None:
+    from redundancy._plan_refine import Part, best_part
+    from redundancy._plan_setup import Setup
+
+    path = helix(3)
+    setup = Setup.of(ROBOT, path, rd.Task.axisymmetric(), KAPPA, "integral", None, True, False, None, 9)
+    q, value = np.zeros((3, 6)), np.ones(3)
+    good = Part(0, q, value, cost=2.0, motion=1.0, residual=0.0, smoothness=0.0, refined=True)
+    broken = Part(0, q, value, cost=float("nan"), motion=0.0, residual=0.0, smoothness=0.0, refined=False)
+    assert best_part(setup, [broken, good]) is good
+    assert best_part(setup, [good, broken]) is good
+    assert best_part(setup, [broken]) is broken

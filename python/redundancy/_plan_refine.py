@@ -95,6 +95,8 @@ def best_part(setup: Setup, parts: list[Part]) -> Part:
     """Return the best of several: whole before broken, then by cost; among equals refined first, then by motion."""
     rivals = [part for part in parts if part.failure is None] or parts
     costs = [part.worst if setup.criterion == "minimax" else part.cost for part in rivals]
+    # What broke off has no cost.
+    costs = [cost if np.isfinite(cost) else np.inf for cost in costs]
     limit = min(costs) + _TIE * abs(min(costs))
     equals = [part for part, cost in zip(rivals, costs, strict=True) if cost <= limit]
     return min(equals, key=lambda part: (not part.refined, part.motion))
