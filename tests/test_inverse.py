@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from tests.reference.arms import (
     PLACES,
     TWO_PI,
+    angles,
+    check_solutions,
     distance,
-    pose_error,
     random_arm,
     search,
     smallest_singular_value,
@@ -31,26 +32,12 @@ REGULAR = 1e-4
 """Smallest singular value from which rounding of the pose moves a posture by less than 1e-10 rad."""
 
 
-def _angles(rng: np.random.Generator, *shape: int) -> F64:
-    return rng.uniform(-np.pi, np.pi, shape)
-
-
-def _check(robot: rd.Robot, pose: F64, solutions: F64) -> None:
-    """Every solution takes the tool to the pose, and none comes twice."""
-    assert solutions.dtype == np.float64
-    assert solutions.shape == (len(solutions), robot.n)
-    if len(solutions):
-        assert np.abs(pose_error(np.broadcast_to(pose, (len(solutions), 4, 4)), robot.fk(solutions))).max() < 1e-9
-    for one, other in itertools.combinations(solutions, 2):
-        assert distance(one, other) > 1e-7
-
-
 def _recovered(robot: rd.Robot, postures: F64, tolerance: float = 1e-9) -> None:
     """Each posture is among the solutions of its pose; those next to a singularity are left to the soak."""
     postures = postures[smallest_singular_value(robot, postures) > REGULAR]
     for q, pose in zip(postures, robot.fk(postures), strict=True):
         solutions = robot.inverse(pose)
-        _check(robot, pose, solutions)
+        check_solutions(robot, pose, solutions)
         assert distance(solutions, q).min(initial=np.inf) < tolerance
 
 
@@ -59,8 +46,8 @@ def test_library_robots(name: str) -> None:
     robot = rd.robots.get(name)
     assert robot.structure == ("parallel" if name.startswith("ur") else "wrist")
     rng = np.random.default_rng(1)
-    _recovered(robot, _angles(rng, 300, 6))
-    _recovered(robot.with_tool(random_frame(rng)).with_base(random_frame(rng)), _angles(rng, 50, 6))
+    _recovered(robot, angles(rng, 300, 6))
+    _recovered(robot.with_tool(random_frame(rng)).with_base(random_frame(rng)), angles(rng, 50, 6))
 
 
 @pytest.mark.parametrize(("kind", "place"), [(kind, place) for kind in PLACES for place in range(PLACES[kind])])
@@ -72,13 +59,13 @@ def test_random_arms(kind: str, place: int) -> None:
             assert robot.structure == "general"
         elif kind == "wrist":
             assert robot.structure == "wrist"
-        _recovered(robot, _angles(rng, 12, 6), 1e-7 if kind == "general" else 1e-9)
+        _recovered(robot, angles(rng, 12, 6), 1e-7 if kind == "general" else 1e-9)
 
 
 @pytest.mark.parametrize("name", ["abb_irb120", "puma500", "ur5e"])
 def test_none_is_missing_in_the_library(name: str) -> None:
     robot, rng = rd.robots.get(name), np.random.default_rng(2)
-    _compare_with_search(robot, robot.fk(_angles(rng, 20, 6)), rng, 300)
+    _compare_with_search(robot, robot.fk(angles(rng, 20, 6)), rng, 300)
 
 
 @pytest.mark.parametrize(("kind", "place"), [(kind, place) for kind in PLACES for place in range(PLACES[kind])])
@@ -86,12 +73,12 @@ def test_none_is_missing_of_random_arms(kind: str, place: int) -> None:
     rng = np.random.default_rng(10 + place)
     for _ in range(3):
         robot = random_arm(rng, kind, place).robot()
-        _compare_with_search(robot, robot.fk(_angles(rng, 5, 6)), rng, 150)
+        _compare_with_search(robot, robot.fk(angles(rng, 5, 6)), rng, 150)
 
 
 def _compare_with_search(robot: rd.Robot, poses: F64, rng: np.random.Generator, starts: int) -> None:
     searched, ours = 0, 0
-    for pose, found in zip(poses, search(robot, poses, _angles(rng, len(poses), starts, 6)), strict=True):
+    for pose, found in zip(poses, search(robot, poses, angles(rng, len(poses), starts, 6)), strict=True):
         solutions, _, complete = robot.inverse(pose, report=True)
         assert complete
         for q in found:
@@ -116,7 +103,7 @@ def test_sixteen_solutions() -> None:
     u, _, vt = np.linalg.svd(pose[:3, :3])
     pose[:3, :3] = u @ vt
     solutions, _, complete = robot.inverse(pose, report=True)
-    _check(robot, pose, solutions)
+    check_solutions(robot, pose, solutions)
     assert complete
     assert len(solutions) == 16
 
@@ -138,12 +125,12 @@ def test_every_solution_of_any_chain_reproduces_the_pose(drawn: tuple[Chain, F64
 @pytest.mark.parametrize(("name", "joint"), [(name, joint) for name, joints in SEVEN.items() for joint in joints])
 def test_held_joint(name: str, joint: int) -> None:
     robot, rng = rd.robots.get(name), np.random.default_rng(joint)
-    for q in _angles(rng, 40, 7):
+    for q in angles(rng, 40, 7):
         pose, rest = robot.fk(q), robot.with_fixed({joint: q[joint]})
         others = np.delete(q, joint)
         np.testing.assert_allclose(rest.fk(others), pose, rtol=0, atol=1e-14)
         solutions = robot.inverse(pose, fixed={joint: q[joint]})
-        _check(robot, pose, solutions)
+        check_solutions(robot, pose, solutions)
         np.testing.assert_array_equal(solutions[:, joint], q[joint])
         np.testing.assert_array_equal(np.delete(solutions, joint, axis=1), rest.inverse(pose))
         if smallest_singular_value(rest, others) > 1e-3:
@@ -166,7 +153,7 @@ def test_held_prismatic_joint() -> None:
     chain = Chain(a, d, alpha, theta, "RRPRRRR")
     robot, q = chain.robot(), rng.uniform(-1, 1, 7)
     solutions = robot.inverse(robot.fk(q), fixed={2: q[2]})
-    _check(robot, robot.fk(q), solutions)
+    check_solutions(robot, robot.fk(q), solutions)
     assert distance(solutions, q).min() < 1e-8
     with pytest.raises(rd.InvalidValueError, match='"RPRRRR"'):
         robot.inverse(robot.fk(q), fixed={0: q[0]})
@@ -174,10 +161,10 @@ def test_held_prismatic_joint() -> None:
 
 def test_arm_angle() -> None:
     rng = np.random.default_rng(4)
-    for q in _angles(rng, 200, 7):
+    for q in angles(rng, 200, 7):
         pose, angle = KUKA.fk(q), KUKA.arm_angle(q)
         solutions, singular, complete = KUKA.inverse(pose, arm_angle=angle, report=True)
-        _check(KUKA, pose, solutions)
+        check_solutions(KUKA, pose, solutions)
         assert complete
         assert len(solutions) == 8
         assert not singular.any()
@@ -208,21 +195,21 @@ def test_arm_angle_by_construction() -> None:
 @pytest.mark.parametrize("bend", [1e-2, 1e-4, 1e-6, 1e-7, 1e-8])
 def test_arm_angle_next_to_a_singularity(joint: int, bend: float) -> None:
     # Shoulder, elbow or wrist nearly stretched.
-    for q in _angles(np.random.default_rng(11), 40, 7):
+    for q in angles(np.random.default_rng(11), 40, 7):
         q[joint] = bend
         angle = KUKA.arm_angle(q)
         solutions = KUKA.inverse(KUKA.fk(q), arm_angle=angle)
-        _check(KUKA, KUKA.fk(q), solutions)
+        check_solutions(KUKA, KUKA.fk(q), solutions)
         if bend > 1e-5:
             assert distance(solutions, q).min() < 1e-10 / bend**2
 
 
 def test_straight_arm_has_no_arm_angle() -> None:
-    for q in _angles(np.random.default_rng(12), 40, 7):
+    for q in angles(np.random.default_rng(12), 40, 7):
         q[3] = 0.0
         assert np.isnan(KUKA.arm_angle(q))
         solutions, singular, complete = KUKA.inverse(KUKA.fk(q), arm_angle=0.3, report=True)
-        _check(KUKA, KUKA.fk(q), solutions)
+        check_solutions(KUKA, KUKA.fk(q), solutions)
         assert not complete
         assert singular.all()
 
@@ -272,7 +259,7 @@ def test_limits_and_turns(ranges: str) -> None:
     robot = IRB120.with_limits(*np.deg2rad(RANGES[ranges]))
     free = IRB120.with_limits([-np.inf] * 6, [np.inf] * 6)
     found = 0
-    for q in _angles(np.random.default_rng(5), 30, 6):
+    for q in angles(np.random.default_rng(5), 30, 6):
         pose = robot.fk(q)
         everything = free.inverse(pose)
         assert (np.abs(everything) <= np.pi).all()
@@ -319,194 +306,6 @@ def test_held_joint_beyond_its_limits() -> None:
     q[2] = 3.1
     assert len(KUKA.inverse(KUKA.fk(q), fixed={2: 3.1})) == 8
     assert KUKA.inverse(KUKA.fk(q), fixed={2: 3.1}, limits=True).shape == (0, 7)
-
-
-# Singular postures by construction, from the lengths in the data sheets.
-UPPER, FOREARM, OFFSET = 0.270, 0.302, 0.070
-STRAIGHT = -np.arctan2(FOREARM, OFFSET)
-
-
-def _wrist(q: F64) -> F64:
-    q[4] = 0.0
-    return q
-
-
-def _wrist_back(q: F64) -> F64:
-    q[4] = np.pi
-    return q
-
-
-def _elbow(q: F64) -> F64:
-    q[2] = STRAIGHT
-    return q
-
-
-def _folded(q: F64) -> F64:
-    q[2] = STRAIGHT + np.pi
-    return q
-
-
-def _shoulder(q: F64) -> F64:
-    # Distance of the wrist centre from axis 1: A sin q2 + B cos q2 = 0.
-    s, c = np.sin(q[2]), np.cos(q[2])
-    q[1] = np.arctan2(-(FOREARM * c + OFFSET * s), UPPER - FOREARM * s + OFFSET * c)
-    return q
-
-
-def _ur_wrist(q: F64) -> F64:
-    q[4] = 0.0
-    return q
-
-
-def _ur_wrist_back(q: F64) -> F64:
-    q[4] = np.pi
-    return q
-
-
-def _ur_elbow(q: F64) -> F64:
-    q[2] = 0.0
-    return q
-
-
-def _ur_folded(q: F64) -> F64:
-    q[2] = np.pi
-    return q
-
-
-def _ur_shoulder(q: F64) -> F64:
-    # The point where axes 5 and 6 meet, in the plane of axis 1 and the direction of axis 2.
-    a2, a3, d5 = -0.425, -0.3922, 0.0997
-    s, c = np.sin(q[2]), np.cos(q[2])
-    along = a2 + a3 * c + d5 * np.sin(q[2] + q[3])
-    across = -a3 * s + d5 * np.cos(q[2] + q[3])
-    q[1] = np.arctan2(-along, across)
-    return q
-
-
-SINGULAR: dict[str, tuple[rd.Robot, list[Callable[[F64], F64]]]] = {
-    "IRB 120 wrist": (IRB120, [_wrist]),
-    "IRB 120 wrist back": (IRB120, [_wrist_back]),
-    "IRB 120 elbow stretched": (IRB120, [_elbow]),
-    "IRB 120 elbow folded": (IRB120, [_folded]),
-    "IRB 120 shoulder": (IRB120, [_shoulder]),
-    "IRB 120 wrist and elbow": (IRB120, [_wrist, _elbow]),
-    "IRB 120 wrist and shoulder": (IRB120, [_wrist, _shoulder]),
-    "IRB 120 elbow and shoulder": (IRB120, [_elbow, _shoulder]),
-    "IRB 120 all three": (IRB120, [_wrist, _elbow, _shoulder]),
-    "UR axis 6 parallel": (UR5E, [_ur_wrist]),
-    "UR axis 6 against": (UR5E, [_ur_wrist_back]),
-    "UR elbow stretched": (UR5E, [_ur_elbow]),
-    "UR elbow folded": (UR5E, [_ur_folded]),
-    "UR shoulder": (UR5E, [_ur_shoulder]),
-    "UR axis 6 and elbow": (UR5E, [_ur_wrist, _ur_elbow]),
-    "UR axis 6 and shoulder": (UR5E, [_ur_wrist, _ur_shoulder]),
-    "UR elbow and shoulder": (UR5E, [_ur_elbow, _ur_shoulder]),
-}
-
-
-@pytest.mark.parametrize("case", SINGULAR)
-def test_singular_postures(case: str) -> None:
-    robot, constraints = SINGULAR[case]
-    for q in np.random.default_rng(6).uniform(-1.2, 1.2, (60, 6)):
-        for constraint in constraints:
-            q = constraint(q)
-        assert smallest_singular_value(robot, q) < 1e-15
-        pose = robot.fk(q)
-        solutions, singular, _ = robot.inverse(pose, report=True)
-        assert len(solutions)
-        _check(robot, pose, solutions)
-        # Half the digits are left of a double root; in between it may be told either way.
-        sigma = smallest_singular_value(robot, solutions)
-        assert singular[sigma < 1e-9].all(), (q, sigma, singular)
-        assert not singular[sigma > 1e-5].any()
-        assert sigma.min() < 1e-6
-
-
-@pytest.mark.parametrize("kind", PLACES)
-def test_singular_postures_of_random_arms(kind: str) -> None:
-    rng = np.random.default_rng(13)
-    for _ in range(25):
-        robot = random_arm(rng, kind).robot()
-        q = _singular(robot, rng)
-        pose = robot.fk(q)
-        solutions, singular, _ = robot.inverse(pose, report=True)
-        _check(robot, pose, solutions)
-        sigma = smallest_singular_value(robot, solutions)
-        assert sigma.min(initial=np.inf) < 1e-5
-        assert singular[sigma < 1e-9].all()
-        assert not singular[sigma > 1e-4].any()
-
-
-def _singular(robot: rd.Robot, rng: np.random.Generator) -> F64:
-    """A posture where the determinant of the Jacobian changes its sign along a line."""
-    while True:
-        ends = _angles(rng, 2, 6)
-        low, high = np.linalg.det(robot.jacobian(ends))
-        if low * high < 0.0:
-            break
-    for _ in range(60):
-        middle = ends.mean(axis=0)
-        ends[0 if np.linalg.det(robot.jacobian(middle)) * low > 0.0 else 1] = middle
-    singular: F64 = ends[0]
-    return singular
-
-
-def test_what_may_be_chosen_is_zero_and_the_rest_comes_back() -> None:
-    rng = np.random.default_rng(7)
-    for q in rng.uniform(-1.2, 1.2, (50, 6)):
-        solutions, singular, complete = IRB120.inverse(IRB120.fk(_wrist(q)), report=True)
-        row = solutions[singular][distance(solutions[singular][:, :3], q[:3]).argmin()]
-        assert distance(row[:3], q[:3]) < 1e-9
-        assert abs(row[3]) < 1e-9
-        assert abs(row[4]) < 1e-7
-        assert distance(row[3:4] + row[5], q[3:4] + q[5]) < 1e-9
-        assert not complete
-
-    for q in rng.uniform(-1.2, 1.2, (50, 6)):
-        solutions, singular, complete = IRB120.inverse(IRB120.fk(_shoulder(q)), report=True)
-        assert singular.all()
-        assert (solutions[:, 0] == 0.0).all()
-        assert distance(solutions[:, 2:3], q[2:3]).min() < 1e-8
-        assert not complete
-
-
-@pytest.mark.parametrize("bend", [0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6])
-@pytest.mark.parametrize("name", ["abb_irb120", "puma500", "ur5e"])
-def test_next_to_a_wrist_singularity(name: str, bend: float) -> None:
-    # Joint 5 nearly 0. What the singularity leaves alone is the arm (wrist), or joints 1 and 5 (three parallel axes).
-    robot = rd.robots.get(name)
-    firm = [0, 4] if robot.structure == "parallel" else [0, 1, 2]
-    for q in np.random.default_rng(9).uniform(-1.2, 1.2, (60, 6)):
-        q[4] = bend
-        pose = robot.fk(q)
-        solutions = robot.inverse(pose)
-        _check(robot, pose, solutions)
-        assert distance(solutions[:, firm], q[firm]).min(initial=np.inf) < 1e-6
-
-
-def test_a_rounded_pose_at_a_wrist_singularity() -> None:
-    for q in np.random.default_rng(10).uniform(-1.2, 1.2, (60, 6)):
-        pose = IRB120.fk(_wrist(q)).astype(np.float32)
-        assert distance(IRB120.inverse(pose)[:, :3], q[:3]).min() < 1e-5
-
-
-def test_nearly_a_double_root_has_no_third() -> None:
-    # Two postures 4e-5 rad apart; the point between them is off the pose by the square of that.
-    rng = np.random.default_rng([0, 0, 0, 178])
-    robot = random_arm(rng, "general").robot()
-    pose = robot.fk(_angles(rng, 1000, 6)[43])
-    solutions = robot.inverse(pose)
-    assert len(solutions) == 6
-    assert np.abs(robot.fk(solutions) - pose).max() < 1e-13
-
-
-def test_double_root_is_one_solution_with_a_flag() -> None:
-    for q in np.random.default_rng(8).uniform(-1.2, 1.2, (50, 6)):
-        solutions, singular, _ = IRB120.inverse(IRB120.fk(_elbow(q)), report=True)
-        # Forwards or over the shoulder, and the wrist's two ways.
-        assert len(solutions) == 4
-        assert singular.all()
-        assert distance(solutions, q).min() < 1e-7
 
 
 @pytest.mark.parametrize("name", [*SIX, "general"])

@@ -1,6 +1,6 @@
 """Random arms of six revolute joints, by what their axes have in common, and a search for their postures."""
 
-from __future__ import annotations
+import itertools
 
 import numpy as np
 from redundancy import Robot
@@ -98,3 +98,18 @@ def search(robot: Robot, poses: F64, starts: F64, rounds: int = 80) -> list[F64]
                 distinct.append(row)
         found.append(np.array(distinct).reshape(-1, 6))
     return found
+
+
+def angles(rng: np.random.Generator, *shape: int) -> F64:
+    """Return joint angles between -pi and pi."""
+    return rng.uniform(-np.pi, np.pi, shape)
+
+
+def check_solutions(robot: Robot, pose: F64, solutions: F64) -> None:
+    """Every solution takes the tool to the pose, and none comes twice."""
+    assert solutions.dtype == np.float64
+    assert solutions.shape == (len(solutions), robot.n)
+    if len(solutions):
+        assert np.abs(pose_error(np.broadcast_to(pose, (len(solutions), 4, 4)), robot.fk(solutions))).max() < 1e-9
+    for one, other in itertools.combinations(solutions, 2):
+        assert distance(one, other) > 1e-7
