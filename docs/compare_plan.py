@@ -118,7 +118,7 @@ def condition_numbers(robot: rd.Robot, q: F64, length: float) -> F64:
     return values
 
 
-def compare(case: plan_cases.Case, effort: int = 1) -> list[Comparison]:
+def compare(case: plan_cases.Case, effort: int | None = None) -> list[Comparison]:
     """Plan a case and search its grid, under each criterion."""
     objective = rd.ConditionNumber(case.length)
     begin = time.perf_counter()
@@ -301,7 +301,7 @@ def main(arguments: list[str]) -> int:
     """Print the tables; with --write, put them into the page and draw the picture."""
     results: list[Comparison] = []
     names = {argument for argument in arguments if not argument.startswith("--")}
-    effort = next((int(a.removeprefix("--effort=")) for a in arguments if a.startswith("--effort=")), 1)
+    effort = next((int(a.removeprefix("--effort=")) for a in arguments if a.startswith("--effort=")), None)
     for case in plan_cases.cases():
         if "--quick" in arguments and len(case.path) > QUICK_POINTS:
             continue

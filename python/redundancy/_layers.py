@@ -18,6 +18,10 @@ from .maps import Predicate, apply_predicate
 _FULL_TURN: Final = 2.0 * np.pi
 _BRANCH_STEP: Final = 0.5
 """Largest motion of a joint where the branch changes [rad]: it is at a singularity, where it is small."""
+_MOST_LAYERS: Final = 1000
+"""Points of a search at most: what is between them is known well enough."""
+_CELLS: Final = 2.0
+"""Cells of the spin by which every joint has to be able to move from layer to layer."""
 _NAMELESS_STEP: Final = 1.5
 """The same where branches have no names, so that motion alone tells which follows which."""
 
@@ -127,7 +131,6 @@ class Layers:
         steps = np.array([data.steps[a:b].sum() for a, b in spans])
         steps = steps / steps.sum() if len(steps) else steps
         bounds = np.array([data.bounds[a:b].sum(axis=0) for a, b in spans]).reshape(-1, setup.robot.n)
-        step = settings.angles[1] - settings.angles[0] if len(settings.angles) > 1 else _FULL_TURN
         q, cells, cost, blocked = find_route(
             setup.robot,
             np.stack([layer.q for layer in layers]),
@@ -140,7 +143,7 @@ class Layers:
             haste * bounds,
             setup.core_criterion,
             setup.weight_of_motion(np.concatenate([layer.value[layer.cause == 0] for layer in layers])),
-            max(1, round(settings.max_spin_step / step)),
+            max(1, round(settings.max_spin_step / self._spin_step)),
             self._slice_window(),
             settings.around,
             (_BRANCH_STEP if settings.branch_changes else 0.0) if self.named else _NAMELESS_STEP,
@@ -149,6 +152,17 @@ class Layers:
             closed,
         )
         return Segment(points[: len(cells)], q, cost, blocked)
+
+    @property
+    def _spin_step(self) -> float:
+        angles = self.settings.angles
+        return float(angles[1] - angles[0]) if len(angles) > 1 else _FULL_TURN
+
+    def most_layers(self) -> int:
+        """Return at how many points a search is worth while: joints have to be able to follow a change of the spin."""
+        reach = float(self.setup.data.bounds.min(axis=1).sum())
+        most = min(len(self.setup.path), _MOST_LAYERS)
+        return int(max(2, min(most, reach / (_CELLS * self._spin_step))))
 
     def _slice_window(self) -> int:
         """Return how many values a spare joint may pass from layer to layer: an eighth of its range.

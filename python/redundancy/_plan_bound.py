@@ -10,6 +10,7 @@ from ._arrays import F64
 from ._core import least_value
 from ._layers import Layers
 from ._path_frames import point_weights
+from ._plan_refine import Part
 from ._plan_result import Plan
 from ._plan_setup import Setup
 
@@ -45,9 +46,18 @@ def hardest(known: Layers) -> list[int]:
     return sorted(best, key=lambda point: -best[point])[:_POINTS]
 
 
-def lower_bound(setup: Setup, known: Layers) -> float:
-    """Return what no path's worst value is below, as far as the search has seen."""
-    return max((least(setup, known, point) for point in hardest(known)), default=-np.inf)
+def lower_bound(setup: Setup, known: Layers, part: Part) -> float:
+    """Return what no path's worst value is below: the least value at the worst points of the search and of a plan."""
+    worst = int(np.argmax(part.value))
+    least_there = least(setup, known, part.first + worst, part.q[worst])
+    return max(least_there, *(least(setup, known, point) for point in hardest(known)))
+
+
+def is_proven(setup: Setup, known: Layers, parts: list[Part]) -> bool:
+    """Return whether the worst value of a whole path is at its lower bound, so that no search finds a better one."""
+    if setup.criterion != "minimax" or setup.objective is None or len(parts) != 1 or len(parts[0].q) != len(setup.path):
+        return False
+    return parts[0].is_at(lower_bound(setup, known, parts[0]))
 
 
 def with_bound(setup: Setup, known: Layers, result: Plan, advance: Callable[[int], None]) -> Plan:

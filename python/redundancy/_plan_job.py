@@ -27,7 +27,7 @@ class PlanSettings:
     smoothness: float | None = None
     angles: int = 48
     layers: int = 32
-    effort: int = 1
+    effort: int | None = None
     spin_range: tuple[float, float] | None = None
     spare: tuple[int, ...] | None = None
     spare_values: int = 24
@@ -69,7 +69,7 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
         smoothness=_smoothness(table),
         angles=table.integer("angles", default.angles, least=1),
         layers=table.integer("layers", default.layers, least=1),
-        effort=table.integer("effort", default.effort, least=1),
+        effort=table.integer("effort", least=1) if "effort" in table.data else None,
         spin_range=_spin_range(table),
         spare=_spare(table, robot),
         spare_values=table.integer("spare_values", default.spare_values, least=1),

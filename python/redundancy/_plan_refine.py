@@ -14,8 +14,18 @@ from .errors import InvalidValueError
 from .maps import Predicate
 from .trajectory import Trajectory
 
-_TIE: Final = 1e-6
+_PROVEN: Final = 1e-7
+"""A worst value this near to its lower bound, relative, is the least."""
+_TIE: Final = 1e-7
 """Costs this near to each other, relative, are equal: the lesser motion wins."""
+
+
+_TRIAL: Final = 40
+"""Newton steps that are enough unless a path creeps."""
+_STEADY: Final = 1e-3
+"""Weight of the motion beside the mean, relative, where that is a start for a worst value."""
+_SLOW: Final = 0.8
+"""Share of the largest step below which a route is refined without it."""
 
 
 @dataclass
@@ -37,21 +47,50 @@ class Part:
         """Largest value."""
         return float(self.value.max())
 
+    def is_at(self, bound: float) -> bool:
+        """Return whether this is an optimum whose worst value is at a lower bound."""
+        return self.refined and self.failure is None and self.worst <= bound * (1.0 + _PROVEN)
+
 
 def refined_part(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
-    """Refine postures of neighbouring points; keep them as they are where that fails.
+    """Refine postures of neighbouring points; keep them as they are where that fails."""
+    part = tried_part(setup, points, q, feasible)
+    if part.refined or part.failure is not None or setup.max_iterations <= _TRIAL:
+        return part
+    return best_part(setup, [part, _refined_once(setup, points, part.q, feasible)])
+
+
+def tried_part(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
+    """Refine postures of neighbouring points, with a few steps only.
 
     A worst value that creeps is tried again from the optimum of the mean, which is next to it and reached at once.
     """
+    setup = replace(setup, max_iterations=min(_TRIAL, setup.max_iterations))
     part = _refined_once(setup, points, q, feasible)
     if setup.criterion == "minimax" and not part.refined and part.failure is None:
-        mean = _refined_once(replace(setup, criterion="integral"), points, q, feasible)
+        smoothness = _STEADY * float(np.abs(part.value).mean())
+        mean = _refined_once(replace(setup, criterion="integral", smoothness=smoothness), points, q, feasible)
         if mean.refined and mean.failure is None:
             part = best_part(setup, [part, _refined_once(setup, points, mean.q, feasible)])
     return part
 
 
 def _refined_once(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
+    if setup.steps_only and _largest_share(setup, points, q) < _SLOW:
+        # Far from the largest step: the path is refined without it and most likely keeps it.
+        part = _refined_within(setup.without_steps(), points, q, feasible)
+        if part.failure is None and _largest_share(setup, points, part.q) < 1.0:
+            return part
+    return _refined_within(setup, points, q, feasible)
+
+
+def _largest_share(setup: Setup, points: Points, q: F64) -> float:
+    """Return the largest motion between points as a share of what it may be."""
+    bounds = setup.data.bounds[points[0] : points[-1]]
+    return float((np.abs(np.diff(q, axis=0)) / bounds).max(initial=0.0))
+
+
+def _refined_within(setup: Setup, points: Points, q: F64, feasible: Predicate | None) -> Part:
     closing = setup.closed and len(points) == len(setup.path) > 2
     turns = 2.0 * np.pi * np.round((q[-1] - q[0]) / (2.0 * np.pi)) if closing else None
     restored = setup.restored(points, q)

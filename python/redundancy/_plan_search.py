@@ -9,8 +9,8 @@ import numpy as np
 from ._arrays import F64
 from ._core import OrthogonalSQP
 from ._layers import Layers, Segment, spread
-from ._plan_bound import lower_bound
-from ._plan_refine import Part, best_part, refined_part
+from ._plan_bound import is_proven
+from ._plan_refine import Part, best_part, refined_part, tried_part
 from ._plan_result import PlanFailure
 from ._plan_setup import ON_PATH, Setup
 from .maps import Predicate
@@ -27,8 +27,6 @@ _SLACKS: Final = (0.1, 0.02, 0.0)
 The smoothest route comes first: if it leads to the bound, no other is better."""
 _HASTES: Final = (2.0, 4.0, np.inf)
 """By what speed limits are multiplied where a grid knows no way: its cells are coarser than a path's steps."""
-_PROVEN: Final = 1e-7
-"""A worst value this near to its lower bound, relative, needs no rivals."""
 _STARTS: Final = 64
 """Random postures from which the first point is solved for a greedy walk."""
 _SMALL_GAP: Final = 8
@@ -140,14 +138,13 @@ def _where_more_is_needed(setup: Setup, known: Layers, wanted: list[int], found:
 def _best_of(setup: Setup, known: Layers, rivals: list[Segment], feasible: Predicate | None) -> Part:
     """Refine rival routes and return the best."""
     parts: list[Part] = []
-    bound = -np.inf
     for segment in rivals:
-        parts.append(refined_part(setup, *spread(segment), feasible))
-        if len(rivals) > 1:
-            bound = lower_bound(setup, known) if len(parts) == 1 else bound
-            if parts[-1].refined and parts[-1].failure is None and parts[-1].worst <= bound * (1.0 + _PROVEN):
-                break
+        parts.append(tried_part(setup, *spread(segment), feasible))
+        if len(rivals) > 1 and is_proven(setup, known, parts[-1:]):
+            break
     part = best_part(setup, parts)
+    if not part.refined and part.failure is None:
+        part = refined_part(setup, part.first + np.arange(len(part.q)), part.q, feasible)
     blocked, ended = rivals[0].blocked, rivals[0].points[-1]
     if ended + 1 < len(setup.path) and blocked is not None:
         joint, excess = blocked

@@ -14,7 +14,7 @@ from .toolpath import Toolpath
 ON_PATH: Final = 1e-9
 """Error of a point that counts as on the path [rad, m]."""
 
-_GENTLE: Final = 1e-7
+_GENTLE: Final = {"minimax": 1e-7, "integral": 1e-5, "motion": 1.0}
 """Weight of the integral of the squared joint speed where none is given, relative to the value."""
 
 Points = NDArray[np.intp]
@@ -120,7 +120,7 @@ class Setup:
         if self.smoothness is not None:
             return self.smoothness
         finite = values[np.isfinite(values)]
-        return _GENTLE * float(np.abs(finite).mean()) if len(finite) else 0.0
+        return _GENTLE[self.criterion] * float(np.abs(finite).mean()) if len(finite) else 0.0
 
     @property
     def motion_limit(self) -> str:
@@ -129,8 +129,19 @@ class Setup:
 
     def with_step(self, max_step: float) -> "Setup":
         """Return the same problem with a largest motion of every joint from point to point [rad or m]."""
-        bounds = np.minimum(self.data.bounds, max_step)
+        return self._bounded(np.minimum(self.data.bounds, max_step))
+
+    def without_steps(self) -> "Setup":
+        """Return the same problem with any motion from point to point."""
+        return self._bounded(np.full_like(self.data.bounds, np.inf))
+
+    def _bounded(self, bounds: F64) -> "Setup":
         return replace(self, data=replace(self.data, bounds=bounds))
+
+    @property
+    def steps_only(self) -> bool:
+        """Whether what bounds the motion from point to point is a largest step, not the speed of joints."""
+        return self.path.time is None and bool(np.isfinite(self.data.bounds).any())
 
     def motion(self, first: int, q: F64) -> float:
         """Return the integral of the squared joint speed over the share of the path from a point on."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ._core import Objective, Robot, Task
 from ._layers import Layers, SearchSettings
-from ._plan_bound import with_bound
+from ._plan_bound import is_proven, with_bound
 from ._plan_refine import better_parts, from_warm_start
 from ._plan_result import Plan, PlanFailure
 from ._plan_search import searched_parts
@@ -23,6 +23,7 @@ from .trajectory import Trajectory
 __all__ = ["Plan", "PlanFailure", "plan"]
 
 _CRITERIA: Final = ("minimax", "integral", "motion")
+_EFFORT: Final = 4
 _JUMP: Final = 0.5
 """A joint that moves further from point to point [rad or m] jumps, where the path leaves it another way."""
 
@@ -49,7 +50,7 @@ def plan(
     feasible: Predicate | None = None,
     warm_start: Trajectory | None = None,
     bound: bool | None = None,
-    effort: int = 1,
+    effort: int | None = None,
     max_iterations: int = 200,
     progress: bool = True,
 ) -> Plan:
@@ -74,11 +75,11 @@ def plan(
         Whether position limits hold, and speed limits where the path has times.
     smoothness : float, optional
         Weight of the integral of the squared joint speed, over the path's share s from 0 to 1:
-        value + smoothness * integral |dq/ds|^2 ds. If not given, 1e-7 of the mean value.
+        value + smoothness * integral |dq/ds|^2 ds. If not given, 1e-5 of the mean value, 1e-7 for the worst one.
     n_angles, n_spare : int
         Grid of the search: spins, and values of each spare joint.
     layers : int
-        Points of the path at which the search begins; more are added where the path needs them.
+        Points of the path at which the first search begins; more are added where the path needs them.
     spin_range : tuple of float, optional
         Least and largest spin [rad], from the path's rotations (or from frames that never turn about the axis); a whole
         turn if not given.
@@ -101,9 +102,10 @@ def plan(
         An earlier plan of a similar path: refined at once, with a search only if that fails.
     bound : bool, optional
         Whether to prove how good the plan is; done for "minimax" if not given.
-    effort : int
-        Searches, each with twice the spins and three times the layers of the one before; the best plan is kept. More of
-        them find narrower ways, where the gap tells that there may be some.
+    effort : int, optional
+        Searches at most; the best plan is kept, and one at its lower bound ends them. The second asks at every
+        point, up to 1000 and as far as joints can move by a spin of the grid from one to the next; each one after it
+        doubles the spins. If not given, 4; 1 for the criterion "motion", or with joints to spare.
     max_iterations : int
         Newton steps of the refinement at most.
     progress : bool
@@ -140,6 +142,9 @@ def plan(
     _check(objective, criterion, smoothness, layers, effort, max_spin_step, max_step, max_iterations)
     setup = Setup.of(robot, path, task, objective, criterion, smoothness, limits, closed, spin_range, max_iterations)
     chosen, values = spare_grid(robot, spare, n_spare)
+    if effort is None:
+        # Motion is known between points, and grids with joints to spare are large.
+        effort = 1 if criterion == "motion" or chosen else _EFFORT
     angles = angle_grid(task, n_angles, spin_range)
     settings = SearchSettings(
         angles, spin_range is None, max_spin_step, chosen, values, branches, branch_changes, feasible
@@ -150,10 +155,13 @@ def plan(
         def planned(setup: Setup) -> Plan:
             known = Layers(setup, settings)
             parts = from_warm_start(setup, feasible, warm_start)
-            for finer in () if parts else range(effort):
-                known = Layers(setup, replace(settings, angles=angle_grid(task, n_angles * 2**finer, spin_range)))
-                searched = searched_parts(setup, known, feasible, layers * 3**finer, advance)
+            for search in () if parts else range(effort):
+                finer = angle_grid(task, n_angles * 2 ** max(search - 1, 0), spin_range)
+                known = Layers(setup, replace(settings, angles=finer))
+                searched = searched_parts(setup, known, feasible, known.most_layers() if search else layers, advance)
                 parts = better_parts(setup, parts, searched)
+                if is_proven(setup, known, parts):
+                    break
             result = assembled(setup, known, parts)
             return with_bound(setup, known, result, advance) if wanted else result
 
@@ -174,7 +182,7 @@ def _check(
     criterion: str,
     smoothness: float | None,
     layers: int,
-    effort: int,
+    effort: int | None,
     max_spin_step: float,
     max_step: float | None,
     max_iterations: int,
@@ -184,7 +192,7 @@ def _check(
     if criterion != "motion" and objective is None:
         raise InvalidValueError(f"objective is None, expected an objective for the criterion {criterion!r}")
     for name, number in (("layers", layers), ("effort", effort), ("max_iterations", max_iterations)):
-        if number < 1:
+        if number is not None and number < 1:
             raise InvalidValueError(f"{name} is {number}, expected at least 1")
     if smoothness is not None and not 0.0 <= smoothness < np.inf:
         raise InvalidValueError(f"smoothness is {smoothness}, expected a finite number of at least 0")

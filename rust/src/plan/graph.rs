@@ -67,6 +67,13 @@ pub struct Search {
     pub slack: f64,
 }
 
+impl Search {
+    /// The search for the least motion among routes no worse than one, and the ceiling that makes them so (minimax).
+    pub(super) fn under(&self, route: &Route) -> (Self, f64) {
+        (Self { criterion: Criterion::Integral, smoothness: 1.0, ..*self }, route.cost + self.slack * route.cost.abs())
+    }
+}
+
 /// A way through the layers.
 #[derive(Debug, Clone)]
 pub struct Route {
@@ -97,6 +104,19 @@ impl Graph {
     /// Cells of a layer.
     pub fn cells(&self) -> usize {
         self.slices * self.angles * self.branches
+    }
+
+    /// The postures that are open at the first layer and at the last, branch by branch. All whole turns of a posture are one.
+    pub(super) fn seams(&self) -> Vec<usize> {
+        let (names, samples) = (self.branches / self.copies, self.cells() / self.branches);
+        let by_branch = (0..names).flat_map(|name| (0..samples).map(move |sample| sample * names + name));
+        let open = |layer: usize, seam: usize| (0..self.copies).any(|copy| self.open(layer, seam * self.copies + copy));
+        by_branch.filter(|&seam| open(0, seam) && open(self.layers() - 1, seam)).collect()
+    }
+
+    /// The posture of a cell, all its whole turns being one.
+    pub(super) fn seam(&self, cell: usize) -> usize {
+        cell / self.copies
     }
 
     /// Number of layers.
@@ -139,25 +159,26 @@ impl Graph {
         Some(sum)
     }
 
-    /// The best route from the layer `first` on: through all layers, or as far as there is a way. `ends` fixes the first and the last cell.
-    pub fn route(&self, search: &Search, first: usize, ends: Option<(usize, usize)>) -> Route {
+    /// The best route from the layer `first` on: through all layers, or as far as there is a way. `ends` are the cells at which it may start
+    /// and end.
+    pub fn route(&self, search: &Search, first: usize, ends: Option<&[bool]>) -> Route {
         let route = self.sweep(search, first, ends, None);
         if search.criterion == Criterion::Integral || route.cells.is_empty() {
             return route;
         }
         // The same layers again under the lowest ceiling, for the least motion.
-        let under = Search { criterion: Criterion::Integral, smoothness: 1.0, ..*search };
-        let smooth = self.sweep(&under, first, ends, Some(route.cost + search.slack * route.cost.abs()));
+        let (under, ceiling) = search.under(&route);
+        let smooth = self.sweep(&under, first, ends, Some(ceiling));
         if smooth.cells.len() < route.cells.len() { route } else { Route { cost: route.cost, ..smooth } }
     }
 
     /// One pass of dynamic programming; under a ceiling the values themselves do not count.
-    fn sweep(&self, search: &Search, first: usize, ends: Option<(usize, usize)>, ceiling: Option<f64>) -> Route {
+    pub(super) fn sweep(&self, search: &Search, first: usize, ends: Option<&[bool]>, ceiling: Option<f64>) -> Route {
         let last = self.layers() - 1;
         let allowed = |layer: usize, cell: usize| {
             self.open(layer, cell)
                 && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
-                && ends.is_none_or(|(start, end)| (layer != first || cell == start) && (layer != last || cell == end))
+                && ends.is_none_or(|ends| (layer != first && layer != last) || ends[cell])
         };
         let own = |layer: usize, cell: usize| match (search.criterion, ceiling) {
             (Criterion::Minimax, _) => self.value_of(layer, cell),
@@ -193,17 +214,15 @@ impl Graph {
         let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
         let factor = search.smoothness / self.steps[layer - 1];
         let name = cell % self.branches / self.copies;
+        let others = if self.named && search.branch_step == 0.0 { name * self.copies..(name + 1) * self.copies } else { 0..self.branches };
         let mut best = (f64::INFINITY, 0);
         self.each_neighbour(search, cell, |start| {
-            for other in 0..self.branches {
+            for other in others.clone() {
                 let from = start + other;
                 if before[from] >= best.0 {
                     continue;
                 }
                 let largest = if self.named && other / self.copies == name { PI } else { search.branch_step };
-                if largest == 0.0 {
-                    continue;
-                }
                 if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {
                     let cost = match search.criterion {
                         Criterion::Minimax => before[from].max(own),

@@ -1,6 +1,7 @@
 //! The best way through a whole path: a map of all postures, the best route through it, and its continuous refinement.
 
 mod bound;
+mod closed;
 mod constraints;
 mod graph;
 mod lattice;

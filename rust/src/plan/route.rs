@@ -1,6 +1,7 @@
 //! A route whose joints stay within their limits however often they turn, and that closes where the path does.
 
-use super::graph::{Blockage, Graph, Route, Search};
+use super::closed::closed_route;
+use super::graph::{Blockage, Graph, Search};
 use super::turns::{unwind, within_limits};
 use crate::robot::Limits;
 
@@ -51,26 +52,4 @@ pub fn find_route(graph: &Graph, search: &Search, limits: Option<&Limits>, close
             }
         }
     }
-}
-
-/// A route that ends in the cell it starts from. The seam is taken where the best open route begins, where it ends, and where the best route
-/// twice round comes by; the best of the three is kept.
-fn closed_route(graph: &Graph, search: &Search) -> Route {
-    let open = graph.route(search, 0, None);
-    let last = graph.layers() - 1;
-    if open.cells.len() <= last {
-        return open;
-    }
-    let twice = graph.twice();
-    let round = twice.route(search, 0, None);
-    let seams = [open.cells.first(), open.cells.last(), round.cells.get(last)];
-    let mut best: Option<Route> = None;
-    for &seam in seams.into_iter().flatten() {
-        let route = graph.route(search, 0, Some((seam, seam)));
-        let full = route.cells.len() > last && route.cost.is_finite();
-        if full && best.as_ref().is_none_or(|b| route.cost < b.cost) {
-            best = Some(route);
-        }
-    }
-    best.unwrap_or(Route { cells: Vec::new(), ..open })
 }
