@@ -4,6 +4,7 @@
 //! Rooms, lowest first: [`linalg`], [`robot`], [`kinematics`], [`index`] and [`task`], [`optimize`], [`posture`], [`inverse`], [`resolve`], [`plan`].
 //! SI units and radians everywhere; twists are `[omega; v]`, angular part first, at the tool point, in the base frame.
 
+pub mod collision;
 pub mod error;
 pub mod index;
 pub mod inverse;

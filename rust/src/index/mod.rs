@@ -3,6 +3,7 @@
 
 mod batch;
 mod condition;
+mod differences;
 mod evaluate;
 mod joint_limits;
 mod manipulability;
@@ -13,6 +14,7 @@ mod spectral;
 
 pub use batch::Answers;
 pub use condition::{ConditionNumber, length_of_least_condition};
+pub use differences::differences;
 pub use evaluate::{Evaluation, Order, Status};
 pub use joint_limits::{JointLimits, LimitBarrier};
 pub use manipulability::Manipulability;

@@ -3,7 +3,7 @@
 use crate::linalg::frame::Frame;
 use crate::linalg::real::Real;
 use crate::linalg::vector::{Vec3, cross, sub};
-use crate::linalg::{Row6, size};
+use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::robot::{Joint, Robot};
 
 /// The geometric Jacobian by columns: `J_i = [w_i; v_i]`, angular part first, at the tool point, in the base frame.
@@ -88,17 +88,24 @@ pub fn forward_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> Frame<T> {
     frame.compose(robot.end())
 }
 
-/// The frame of every joint after its motion, and the tool frame last; for drawings and collision geometry.
-pub fn link_frames(robot: &Robot, q: &[f64]) -> Vec<Frame> {
-    let mut frames: Vec<Frame> = Vec::with_capacity(robot.n() + 1);
+/// The frame of every joint after its motion, for collision geometry; entries beyond the joints are the identity.
+pub fn joint_frames(robot: &Robot, q: &[f64]) -> [Frame; MAX_JOINTS] {
+    let mut frames = [Frame::IDENTITY; MAX_JOINTS];
     let mut frame = Frame::IDENTITY;
     for i in 0..robot.n() {
         let (sine, cosine) = q[i].sin_cos();
         frame = moved(&frame.compose(&robot.links()[i]), robot.joints()[i], q[i], sine, cosine);
-        frames.push(frame);
+        frames[i] = frame;
     }
-    frames.push(frame.compose(robot.end()));
     frames
+}
+
+/// The same and the tool frame last, for drawings.
+pub fn link_frames(robot: &Robot, q: &[f64]) -> Vec<Frame> {
+    let frames = joint_frames(robot, q);
+    let mut out = frames[..robot.n()].to_vec();
+    out.push(frames[robot.n() - 1].compose(robot.end()));
+    out
 }
 
 /// The tool frame and the Jacobian, in one sweep.

@@ -5,5 +5,5 @@ mod forward;
 mod pullback;
 
 pub use derivatives::{derivative_column, first_derivative, jacobian_rate, second_derivative};
-pub use forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, link_frames};
+pub use forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
 pub use pullback::{pull_back, pull_back_second};

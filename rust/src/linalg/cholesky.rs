@@ -5,6 +5,8 @@
 pub struct Cholesky<const C: usize> {
     n: usize,
     l: [[f64; C]; C],
+    /// Reciprocals of its diagonal.
+    inverse: [f64; C],
 }
 
 impl<const C: usize> Cholesky<C> {
@@ -12,6 +14,7 @@ impl<const C: usize> Cholesky<C> {
     #[inline(always)]
     pub fn new(a: &[[f64; C]; C], n: usize) -> Option<Self> {
         let mut l = [[0.0; C]; C];
+        let mut inverse = [0.0; C];
         for j in 0..n {
             for i in j..n {
                 let mut sum = a[i][j];
@@ -19,26 +22,39 @@ impl<const C: usize> Cholesky<C> {
                     sum -= l[i][k] * l[j][k];
                 }
                 if i > j {
-                    l[i][j] = sum / l[j][j];
+                    l[i][j] = sum * inverse[j];
                 } else if sum > 0.0 && sum.is_finite() {
                     l[j][j] = sum.sqrt();
+                    inverse[j] = 1.0 / l[j][j];
                 } else {
                     return None;
                 }
             }
         }
-        Some(Self { n, l })
+        Some(Self { n, l, inverse })
+    }
+
+    /// Entry `j` of the diagonal of L.
+    #[inline(always)]
+    pub fn diagonal(&self, j: usize) -> f64 {
+        self.l[j][j]
     }
 
     /// L^-1 b.
     #[inline(always)]
     pub fn forward(&self, b: &[f64; C]) -> [f64; C] {
+        self.forward_leading(b, self.n)
+    }
+
+    /// L^-1 b by the leading n x n block, the factor of that of A.
+    #[inline(always)]
+    pub fn forward_leading(&self, b: &[f64; C], n: usize) -> [f64; C] {
         let mut x = *b;
-        for i in 0..self.n {
+        for i in 0..n {
             for k in 0..i {
                 x[i] -= self.l[i][k] * x[k];
             }
-            x[i] /= self.l[i][i];
+            x[i] *= self.inverse[i];
         }
         x
     }
@@ -46,12 +62,18 @@ impl<const C: usize> Cholesky<C> {
     /// L^-T b.
     #[inline(always)]
     pub fn backward(&self, b: &[f64; C]) -> [f64; C] {
+        self.backward_leading(b, self.n)
+    }
+
+    /// L^-T b by the leading n x n block.
+    #[inline(always)]
+    pub fn backward_leading(&self, b: &[f64; C], n: usize) -> [f64; C] {
         let mut x = *b;
-        for i in (0..self.n).rev() {
-            for k in i + 1..self.n {
+        for i in (0..n).rev() {
+            for k in i + 1..n {
                 x[i] -= self.l[k][i] * x[k];
             }
-            x[i] /= self.l[i][i];
+            x[i] *= self.inverse[i];
         }
         x
     }

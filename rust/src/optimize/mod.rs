@@ -1,11 +1,13 @@
 //! Optimisation that knows no robot: trust-region Newton, BFGS with a strong Wolfe line search, a small dense QP.
 
 mod bfgs;
+mod direct_update;
 mod line_search;
 pub mod qp;
 mod trust_region;
 
 pub use bfgs::bfgs;
+pub use direct_update::direct_update;
 pub use line_search::{LineSearch, strong_wolfe};
 use nalgebra::{DMatrix, DVector};
 pub use trust_region::trust_region_newton;

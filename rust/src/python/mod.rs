@@ -9,10 +9,14 @@ mod inverse;
 mod objective;
 mod plan;
 mod posture;
+mod qp;
+mod quadratic;
 mod rate;
 mod refine;
 mod robot;
+mod scene;
 mod secondary;
+mod shape;
 mod solution;
 mod sqp;
 mod task;
@@ -35,6 +39,10 @@ mod _core {
     #[pymodule_export]
     use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
+    use super::qp::solve_qp;
+    #[pymodule_export]
+    use super::quadratic::PyQuadraticProgram;
+    #[pymodule_export]
     use super::rate::{
         Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
         WeightedInverse,
@@ -44,7 +52,11 @@ mod _core {
     #[pymodule_export]
     use super::robot::PyRobot;
     #[pymodule_export]
+    use super::scene::{PyProximity, PyScene};
+    #[pymodule_export]
     use super::secondary::PyPosturePull;
+    #[pymodule_export]
+    use super::shape::{PyBody, PyShape, bodies_from_urdf_py, capsules_along_links_py, self_pairs_py};
     #[pymodule_export]
     use super::sqp::PyOrthogonalSqp;
     #[pymodule_export]

@@ -2,6 +2,7 @@
 
 mod newton_step;
 mod orthogonal_sqp;
+mod quadratic;
 mod rate;
 mod rate_solver;
 mod redundancy;
@@ -10,6 +11,9 @@ mod solve;
 
 pub use newton_step::{Bounds, Known, NewtonStep, StepStatus, newton_step};
 pub use orthogonal_sqp::{OrthogonalSqp, Settings};
+pub use quadratic::{
+    Derivatives, Form, Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick,
+};
 pub use rate::{Method, Situation};
 pub use rate_solver::{RateSettings, RateSolver, RateStatus};
 pub use redundancy::degrees_of_redundancy;

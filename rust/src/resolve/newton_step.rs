@@ -11,8 +11,8 @@ use crate::kinematics::{Jacobian, jacobian_rate};
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::vector::dot;
-use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
-use crate::optimize::qp::{self, MAX_ROWS, MAX_VARIABLES, QpStatus, Row};
+use crate::linalg::{Row6, Rows6, size};
+use crate::optimize::qp::{self, ActiveSet, Problem, Row, Status};
 use crate::task::Directions;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
@@ -226,39 +226,33 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
     let largest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
-    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
-    let mut g = [0.0; MAX_VARIABLES];
+    let mut h = [[0.0; C]; C];
+    let mut g = [0.0; C];
     for a in 0..r {
         g[a] = bounds.gain * reduced.gradient[a];
         for b in 0..r {
             h[a][b] = (0..r).map(|i| vectors[a][i] * vectors[b][i] * values[i][i].abs().max(LEAST_CURVATURE * largest)).sum();
         }
     }
-    let mut rows = [Row { a: [0.0; MAX_VARIABLES], b: f64::NEG_INFINITY }; MAX_ROWS];
-    let mut count = 0;
+    let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; C];
     for i in 0..n {
-        let mut a = [0.0; MAX_VARIABLES];
         for b in 0..r {
-            a[b] = reduced.basis[b][i];
+            rows[i].a[b] = reduced.basis[b][i];
         }
         // The box of the whole step and the radius of the free part, whichever is tighter; the radius yields where both exclude each other.
         let (low, high) = (bounds.low[i] - dv[i], bounds.high[i] - dv[i]);
-        let tight_low = low.max((-bounds.radius).min(high));
-        let tight_high = high.min(bounds.radius.max(low));
-        for (sign, bound) in [(1.0, tight_low), (-1.0, -tight_high)] {
-            if bound.is_finite() {
-                rows[count] = Row { a: a.map(|x| sign * x), b: bound };
-                count += 1;
-            }
-        }
+        rows[i].lower = low.max((-bounds.radius).min(high));
+        rows[i].upper = high.min(bounds.radius.max(low));
     }
-    let solution = qp::solve(&h, &g, &rows[..count], r);
-    if solution.status != QpStatus::Solved {
+    let (lower, upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+    let problem = Problem { n: r, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows[..n] };
+    let solution = qp::solve(&problem, &ActiveSet::default());
+    if solution.status != Status::Solved {
         return None;
     }
     let mut u = [0.0; C];
     u[..r].copy_from_slice(&solution.x[..r]);
-    let held = solution.active > 0
+    let held = !solution.active.is_empty()
         && (0..n).any(|i| {
             let moved = dv[i] + (0..r).map(|a| reduced.basis[a][i] * u[a]).sum::<f64>();
             moved <= bounds.low[i] + 1e-12 || moved >= bounds.high[i] - 1e-12
@@ -289,5 +283,3 @@ fn clip<const C: usize>(out: &mut NewtonStep<C>, bounds: &Bounds<C>, n: usize) {
         out.status = StepStatus::Limited;
     }
 }
-
-const _: () = assert!(MAX_ROWS >= 2 * MAX_JOINTS, "two bounds a joint");

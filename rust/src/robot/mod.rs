@@ -3,7 +3,7 @@
 mod dh;
 mod fixed;
 mod limits;
-mod urdf;
+pub(crate) mod urdf;
 
 pub use dh::{Convention, DhTable};
 pub use limits::Limits;

@@ -10,7 +10,8 @@ use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, perpendicular, unit};
 
-fn frame_of(pose: &Pose) -> Frame {
+/// The frame of a pose: position, and roll, pitch, yaw about fixed axes.
+pub(crate) fn frame_of(pose: &Pose) -> Frame {
     let [roll, pitch, yaw] = pose.rpy.0;
     let turn = |axis: Vec3, angle: f64| Frame::rotation(axis, angle);
     let rotation = turn([0.0, 0.0, 1.0], yaw).compose(&turn([0.0, 1.0, 0.0], pitch)).compose(&turn([1.0, 0.0, 0.0], roll));
@@ -18,13 +19,13 @@ fn frame_of(pose: &Pose) -> Frame {
 }
 
 /// A rotation whose z axis is the unit vector `axis`; which one does not matter, since it is undone after the joint.
-fn with_z(axis: Vec3) -> Frame {
+pub(crate) fn with_z(axis: Vec3) -> Frame {
     let (x, y) = perpendicular(axis);
     Frame { axes: [x, y, axis], origin: [0.0; 3] }
 }
 
 /// The joints from `base` to `tip`, first to last.
-fn chain<'a>(urdf: &'a urdf_rs::Robot, base: Option<&str>, tip: Option<&str>) -> Result<Vec<&'a urdf_rs::Joint>> {
+pub(crate) fn chain<'a>(urdf: &'a urdf_rs::Robot, base: Option<&str>, tip: Option<&str>) -> Result<Vec<&'a urdf_rs::Joint>> {
     let parent_joint: HashMap<&str, &urdf_rs::Joint> = urdf.joints.iter().map(|j| (j.child.link.as_str(), j)).collect();
     let links = || urdf.links.iter().map(|l| l.name.as_str()).collect::<Vec<_>>().join(", ");
     let known = |name: &str| urdf.links.iter().any(|l| l.name == name);

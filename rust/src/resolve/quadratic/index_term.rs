@@ -1,0 +1,169 @@
+//! The worth of an index in a programme: by its curvature (Dufour and Suleiman 2020, eq. 10) or as a relaxed equality (eq. 14).
+
+use super::programme;
+use crate::error::{Error, Result};
+use crate::index::{Objective, Order, differences};
+use crate::kinematics::Jacobian;
+use crate::linalg::cholesky::Cholesky;
+use crate::linalg::symmetric::diagonalise;
+use crate::linalg::{MAX_JOINTS, size};
+use crate::optimize::direct_update;
+use crate::robot::Robot;
+
+/// Part of the cost of the rates that has to be left when the curvature of an index has been taken from it.
+const LEFT: f64 = 0.5;
+
+/// How an index enters the programme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// `weight (T g'qd + T^2 qd'H qd / 2)` (eq. 10), with what is not convex in it left out.
+    Curvature,
+    /// The same as printed: not convex for large weights.
+    Printed,
+    /// `weight (|value| + T g'qd)^2 / 2` (eq. 14, 16): convex whatever the weight.
+    Equality,
+}
+
+/// Where derivatives come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Derivatives {
+    /// The exact gradient and Hessian.
+    Exact,
+    /// The exact gradient; the Hessian by the direct BFGS update (eq. 20, corrected).
+    Bfgs,
+    /// Differences of values with this step [rad or m] (eq. 17, 19).
+    Differences(f64),
+}
+
+impl Derivatives {
+    pub(super) fn check(self) -> Result<()> {
+        match self {
+            Self::Differences(step) if !(step > 0.0 && step < 1.0) => Err(Error::value("step", step, "a number between 0 and 1")),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What BFGS remembers.
+#[derive(Debug, Clone, Copy)]
+pub struct IndexMemory {
+    known: bool,
+    q: [f64; MAX_JOINTS],
+    gradient: [f64; MAX_JOINTS],
+    hessian: [[f64; MAX_JOINTS]; MAX_JOINTS],
+}
+
+impl Default for IndexMemory {
+    fn default() -> Self {
+        Self { known: false, q: [0.0; MAX_JOINTS], gradient: [0.0; MAX_JOINTS], hessian: [[0.0; MAX_JOINTS]; MAX_JOINTS] }
+    }
+}
+
+impl IndexMemory {
+    /// The direct update with the step from the posture before; nothing is known of the curvature at first.
+    fn update<const C: usize>(&mut self, q: &[f64], gradient: &[f64; C]) -> [[f64; C]; C] {
+        let n = q.len();
+        if self.known {
+            let (mut s, mut y) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+            for i in 0..n {
+                (s[i], y[i]) = (q[i] - self.q[i], gradient[i] - self.gradient[i]);
+            }
+            direct_update(&mut self.hessian, &s, &y, n);
+        }
+        self.known = true;
+        self.q[..n].copy_from_slice(q);
+        self.gradient[..n].copy_from_slice(&gradient[..n]);
+        std::array::from_fn(|i| std::array::from_fn(|j| if i < n && j < n { self.hessian[i][j] } else { 0.0 }))
+    }
+}
+
+/// An index with its weight.
+#[derive(Debug, Clone)]
+pub(super) struct IndexTerm {
+    pub objective: Objective,
+    pub weight: f64,
+    pub form: Form,
+    pub derivatives: Derivatives,
+}
+
+/// Value, gradient and Hessian at a posture.
+struct Expansion<const C: usize> {
+    value: f64,
+    gradient: [f64; C],
+    hessian: [[f64; C]; C],
+}
+
+impl IndexTerm {
+    /// Adds the term to the cost of the rates; false where the index has no derivatives, as at a singularity.
+    pub fn add<const C: usize>(
+        &self,
+        robot: &Robot,
+        q: &[f64],
+        jacobian: &Jacobian<C>,
+        dt: f64,
+        memory: &mut IndexMemory,
+        form: &mut programme::Form<C>,
+    ) -> bool {
+        let n = size::<C>(robot.n());
+        let at = self.expansion(robot, q, jacobian, memory);
+        let finite = at.value.is_finite() && at.gradient[..n].iter().chain(at.hessian[..n].as_flattened()).all(|x| x.is_finite());
+        if !finite {
+            return false;
+        }
+        match self.form {
+            Form::Equality => form.add_square(self.weight, &at.gradient.map(|g| dt * g), at.value.abs()),
+            Form::Curvature | Form::Printed => {
+                let curvature = at.hessian.map(|row| row.map(|x| self.weight * dt * dt * x));
+                let kept = if self.form == Form::Printed { curvature } else { convex_part(form, curvature, n) };
+                for i in 0..n {
+                    form.g[i] += self.weight * dt * at.gradient[i];
+                    for j in 0..n {
+                        form.h[i][j] += kept[i][j];
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    fn expansion<const C: usize>(&self, robot: &Robot, q: &[f64], jacobian: &Jacobian<C>, memory: &mut IndexMemory) -> Expansion<C> {
+        let order = match (self.form, self.derivatives) {
+            (Form::Equality, _) | (_, Derivatives::Bfgs) => Order::Gradient,
+            _ => Order::Hessian,
+        };
+        if let Derivatives::Differences(step) = self.derivatives {
+            let (value, gradient, hessian) = differences::<C>(&self.objective, robot, q, order, step);
+            return Expansion { value, gradient, hessian };
+        }
+        let at = self.objective.evaluate_at(robot, q, jacobian, order, false);
+        let hessian = if order == Order::Gradient { [[0.0; C]; C] } else { at.hessian };
+        let hessian = match (self.form, self.derivatives) {
+            (Form::Curvature | Form::Printed, Derivatives::Bfgs) => memory.update(q, &at.gradient),
+            _ => hessian,
+        };
+        Expansion { value: at.value, gradient: at.gradient, hessian }
+    }
+}
+
+/// The curvature itself where enough of the cost of the rates is left beside it, else what is convex of it.
+fn convex_part<const C: usize>(rates: &programme::Form<C>, mut curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
+    let mut left = curvature;
+    for i in 0..n {
+        left[i][i] += LEFT * rates.h[i][i];
+    }
+    if Cholesky::<C>::new(&left, n).is_some() {
+        return curvature;
+    }
+    let mut vectors = [[0.0; C]; C];
+    diagonalise(&mut curvature, &mut vectors, n);
+    let mut out = [[0.0; C]; C];
+    for k in 0..n {
+        let value = curvature[k][k].max(0.0);
+        for i in 0..n {
+            for j in 0..n {
+                out[i][j] += value * vectors[i][k] * vectors[j][k];
+            }
+        }
+    }
+    out
+}

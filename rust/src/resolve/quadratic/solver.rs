@@ -1,0 +1,326 @@
+//! The programme of a tick, and how it ended.
+
+use std::sync::Arc;
+
+use super::bounds::rate_interval;
+use super::index_term::{Derivatives, Form, IndexMemory, IndexTerm};
+use super::programme::{self, Constraints, solve, solve_opened};
+use crate::error::{Error, Result, check_finite, check_positive};
+use crate::index::Objective;
+use crate::kinematics::jacobian;
+use crate::linalg::vector::halves;
+use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
+use crate::optimize::qp::{ActiveSet, Constraint, Place, Row, Status};
+use crate::robot::Robot;
+use crate::task::Task;
+
+/// Rows of a programme at most, those of the deviation included.
+pub const MAX_ROWS: usize = 64;
+/// Rows of a tick's own at most.
+pub const MAX_OWN_ROWS: usize = 32;
+/// A row fails when it does by more than this, relative to what it is made of.
+const FAILS: f64 = 1e-9;
+/// Rates this near to a bound, relative, are at it.
+const AT_BOUND: f64 = 1e-9;
+
+/// Settings of [`QuadraticSolver`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QuadraticSettings {
+    /// Length that weighs angular deviations against linear ones [m].
+    pub length: f64,
+    /// Length of a tick [s].
+    pub dt: f64,
+    /// Weight of each joint's squared rate (Q).
+    pub rate_weights: [f64; MAX_JOINTS],
+    /// Weight of the squared deviation (Q_delta) where a tick does not say.
+    pub stiffness: f64,
+    /// Largest angular [rad/s] and linear [m/s] deviation, a component; infinite for none.
+    pub largest_deviation: (f64, f64),
+    /// Whether limits of position, speed and acceleration hold.
+    pub limits: bool,
+    /// Deviation, as a part of the twist, up to which the task counts as kept.
+    pub tolerance: f64,
+}
+
+impl QuadraticSettings {
+    fn check(&self, n: usize) -> Result<()> {
+        for (name, value) in [("length", self.length), ("dt", self.dt), ("stiffness", self.stiffness), ("tolerance", self.tolerance)] {
+            check_positive(name, value)?;
+        }
+        for weight in &self.rate_weights[..n] {
+            check_positive("rate_weights", *weight)?;
+        }
+        for value in [self.largest_deviation.0, self.largest_deviation.1] {
+            if value.is_nan() || value < 0.0 {
+                return Err(Error::value("largest_deviation", value, "a number of at least 0"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How a tick ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum QuadraticStatus {
+    /// The task is kept.
+    Solved,
+    /// The task gives way to rows or to the worth of the index; the deviation says by how much.
+    Relaxed,
+    /// The task gives way to limits of joints.
+    Limited,
+    /// Rows exclude each other or the limits: all of them give way by as little as can be.
+    Infeasible,
+    /// The printed form is not convex: the index is left out.
+    NotConvex,
+}
+
+/// What a tick asks for.
+#[derive(Debug, Clone, Copy)]
+pub struct Tick<'a, const C: usize> {
+    /// Posture.
+    pub q: &'a [f64],
+    /// Twist of the tool [omega; v].
+    pub twist: Row6,
+    /// Weight of the squared deviation.
+    pub stiffness: f64,
+    /// `lower <= a'qd <= upper`.
+    pub rows: &'a [Row<C>],
+}
+
+/// What came of a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: QuadraticStatus,
+    /// The part of the twist that is not followed [omega; v].
+    pub deviation: Row6,
+    /// Rows that fail, one bit a row.
+    pub failed: u64,
+    /// Whether the index could be evaluated.
+    pub conditioned: bool,
+    /// Constraints that the programme added or dropped.
+    pub changes: usize,
+}
+
+/// What is remembered from tick to tick.
+#[derive(Debug, Clone, Copy)]
+pub struct QuadraticMemory {
+    /// Rates of the tick before, if there was one.
+    pub rates: Option<[f64; MAX_JOINTS]>,
+    index: IndexMemory,
+    active: ([Constraint; MAX_JOINTS], usize),
+}
+
+impl Default for QuadraticMemory {
+    fn default() -> Self {
+        let none = Constraint { place: Place::Bound(0), side: crate::optimize::qp::Side::Lower };
+        Self { rates: None, index: IndexMemory::default(), active: ([none; MAX_JOINTS], 0) }
+    }
+}
+
+impl QuadraticMemory {
+    fn start<const C: usize>(&self) -> ActiveSet<C> {
+        let mut out = ActiveSet::default();
+        for item in &self.active.0[..self.active.1] {
+            out.push(*item);
+        }
+        out
+    }
+
+    fn keep<const C: usize>(&mut self, active: &ActiveSet<C>) {
+        let items = active.as_slice();
+        self.active.0[..items.len()].copy_from_slice(items);
+        self.active.1 = items.len();
+    }
+}
+
+/// A robot, a task and what counts beside it.
+#[derive(Debug, Clone)]
+pub struct QuadraticSolver {
+    robot: Arc<Robot>,
+    task: Task,
+    term: Option<IndexTerm>,
+    settings: QuadraticSettings,
+}
+
+/// The task at a posture.
+struct TaskRows<const C: usize> {
+    rows: Rows6<C>,
+    wanted: Row6,
+    dimension: usize,
+    angular: usize,
+}
+
+impl QuadraticSolver {
+    /// A solver; `index` is minimised with a weight of at least 0.
+    pub fn new(
+        robot: Arc<Robot>,
+        task: Task,
+        index: Option<(Objective, f64)>,
+        form: Form,
+        derivatives: Derivatives,
+        settings: QuadraticSettings,
+    ) -> Result<Self> {
+        settings.check(robot.n())?;
+        derivatives.check()?;
+        if let Some((objective, weight)) = &index {
+            objective.check(&robot)?;
+            check_finite("weight", &[*weight])?;
+            if *weight < 0.0 {
+                return Err(Error::value("weight", weight, "a number of at least 0"));
+            }
+        }
+        let term = index.map(|(objective, weight)| IndexTerm { objective, weight, form, derivatives });
+        Ok(Self { robot, task, term, settings })
+    }
+
+    /// The robot.
+    pub fn robot(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Task {
+        &self.task
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &QuadraticSettings {
+        &self.settings
+    }
+
+    /// The objective.
+    pub fn objective(&self) -> Option<&Objective> {
+        self.term.as_ref().map(|term| &term.objective)
+    }
+
+    /// The same programme with other limits and settings.
+    pub(super) fn for_motions(&self, robot: Robot, settings: QuadraticSettings) -> Result<Self> {
+        settings.check(robot.n())?;
+        Ok(Self { robot: Arc::new(robot), settings, ..self.clone() })
+    }
+
+    /// Joint rates of one tick: always finite and within the limits of joints. The deviation from the task gives way before rows do.
+    #[inline(never)]
+    pub fn step<const C: usize>(&self, tick: &Tick<'_, C>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+        let n = size::<C>(self.robot.n()).min(rates.len());
+        let (tool, columns) = jacobian::<C>(&self.robot, tick.q);
+        let directions = self.task.directions(&tool, self.settings.length);
+        let (w, v) = halves(&tick.twist);
+        let task = TaskRows {
+            rows: directions.rows(&columns),
+            wanted: directions.reduce(w, v),
+            dimension: directions.dimension(),
+            angular: self.task.angular.dimension(),
+        };
+        let plain = programme::Form::<C>::of_rates(&self.settings.rate_weights[..n]);
+        let mut form = plain;
+        let dt = self.settings.dt;
+        let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut form));
+        form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
+        let (lower, upper) = self.bounds::<C>(tick.q, memory.rates.as_ref());
+        let mut buffer = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_ROWS];
+        let (hard, all) = self.gather(tick, &task, &mut buffer);
+        let at = Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] };
+        let mut found = solve(&form, &at, n, &memory.start());
+        let mut status = None;
+        if found.status == Status::NotConvex {
+            status = Some(QuadraticStatus::NotConvex);
+            form = plain;
+            form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
+            found = solve(&form, &at, n, &ActiveSet::default());
+        }
+        if found.status != Status::Solved && all > hard {
+            // The task gives way first: its deviation is no longer bounded.
+            found = solve(&form, &Constraints { rows: &buffer[..hard], ..at }, n, &ActiveSet::default());
+        }
+        let mut x = found.x;
+        if found.status == Status::Solved {
+            memory.keep(&found.active);
+        } else {
+            status = Some(QuadraticStatus::Infeasible);
+            let mut opened = buffer;
+            x = solve_opened(&form, &Constraints { rows: &buffer[..hard], ..at }, n, &mut opened[..hard]).unwrap_or([0.0; C]);
+        }
+        for i in 0..n {
+            // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
+            rates[i] = if x[i].is_finite() { x[i] } else { 0.0 }.clamp(lower[i], upper[i]);
+        }
+        memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
+        let held = (0..n).any(|i| near(rates[i], lower[i]) || near(rates[i], upper[i]));
+        let (deviation, kept) = self.deviation(&task, &rates[..n]);
+        let (w, v) = directions.motion_of(&deviation);
+        Outcome {
+            status: status.unwrap_or(match (kept, held) {
+                (true, _) => QuadraticStatus::Solved,
+                (false, true) => QuadraticStatus::Limited,
+                (false, false) => QuadraticStatus::Relaxed,
+            }),
+            deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
+            failed: failed(&buffer[..hard], rates),
+            conditioned,
+            changes: found.changes,
+        }
+    }
+
+    fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> ([f64; C], [f64; C]) {
+        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        if self.settings.limits {
+            for i in 0..q.len().min(C) {
+                (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+            }
+        }
+        (lower, upper)
+    }
+
+    /// The rows of the tick, then those of the largest deviation; how many are of the tick, and how many there are.
+    fn gather<const C: usize>(&self, tick: &Tick<'_, C>, task: &TaskRows<C>, buffer: &mut [Row<C>; MAX_ROWS]) -> (usize, usize) {
+        let hard = tick.rows.len().min(MAX_ROWS - 6);
+        buffer[..hard].copy_from_slice(&tick.rows[..hard]);
+        let mut all = hard;
+        for r in 0..task.dimension {
+            let (angular, linear) = self.settings.largest_deviation;
+            let most = if r < task.angular { self.settings.length * angular } else { linear };
+            if most.is_finite() {
+                buffer[all] = Row { a: task.rows[r], lower: task.wanted[r] - most, upper: task.wanted[r] + most };
+                all += 1;
+            }
+        }
+        (hard, all)
+    }
+
+    /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
+    fn deviation<const C: usize>(&self, task: &TaskRows<C>, rates: &[f64]) -> (Row6, bool) {
+        let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
+        for r in 0..task.dimension {
+            let followed: f64 = task.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
+            out[r] = task.wanted[r] - followed;
+            left += out[r] * out[r];
+            whole += task.wanted[r] * task.wanted[r];
+            if r < task.angular {
+                out[r] /= self.settings.length;
+            }
+        }
+        (out, left.sqrt() <= self.settings.tolerance * whole.sqrt().max(self.settings.tolerance))
+    }
+}
+
+fn near(x: f64, bound: f64) -> bool {
+    (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
+}
+
+/// The rows that do not hold.
+fn failed<const C: usize>(rows: &[Row<C>], rates: &[f64]) -> u64 {
+    let mut out = 0;
+    for (k, row) in rows.iter().enumerate() {
+        let (mut value, mut size) = (0.0, 0.0);
+        for (a, x) in row.a.iter().zip(rates) {
+            value += a * x;
+            size += (a * x).abs();
+        }
+        if value < row.lower - FAILS * (size + row.lower.abs()) || value > row.upper + FAILS * (size + row.upper.abs()) {
+            out |= 1 << k;
+        }
+    }
+    out
+}
