@@ -14,6 +14,7 @@ Examples
 
 from . import robots, weights
 from ._core import (
+    Body,
     ConditionNumber,
     CustomIndex,
     Elimination,
@@ -25,9 +26,13 @@ from ._core import (
     Objective,
     OrthogonalSQP,
     PosturePull,
+    Proximity,
+    QuadraticProgram,
     RateSolver,
     ResolvedRate,
     Robot,
+    Scene,
+    Shape,
     SingularityParameter,
     SmallestSingularValue,
     Task,
@@ -36,8 +41,12 @@ from ._core import (
     VirtualJoint,
     WeightedInverse,
     __version__,
+    bodies_from_urdf,
     build_profile,
+    capsules_along_links,
     rms_length,
+    self_collision_pairs,
+    solve_qp,
 )
 from .cells import on_rail, with_turntable
 from .errors import (
@@ -61,9 +70,11 @@ from .posture import (
 )
 from .start import CyclicStart, StartSearch, best_start, cyclic_start
 from .toolpath import Toolpath
+from .tracking import Tracking, stiffness_profile, track
 from .trajectory import Trajectory
 
 __all__ = [
+    "Body",
     "ConditionNumber",
     "CustomIndex",
     "CyclicStart",
@@ -83,11 +94,15 @@ __all__ = [
     "PlanarTetrahedron",
     "PosturePull",
     "PostureResult",
+    "Proximity",
+    "QuadraticProgram",
     "RateSolver",
     "RedundancyError",
     "RedundancyMap",
     "ResolvedRate",
     "Robot",
+    "Scene",
+    "Shape",
     "ShapeError",
     "SingularityParameter",
     "SmallestSingularValue",
@@ -96,6 +111,7 @@ __all__ = [
     "TaskPriority",
     "Toolpath",
     "ToolpathError",
+    "Tracking",
     "Trajectory",
     "TwistDecomposition",
     "UnknownRobotError",
@@ -103,7 +119,9 @@ __all__ = [
     "WeightedInverse",
     "__version__",
     "best_start",
+    "bodies_from_urdf",
     "build_profile",
+    "capsules_along_links",
     "characteristic_length",
     "cyclic_start",
     "follow",
@@ -114,6 +132,10 @@ __all__ = [
     "redundancy_map",
     "rms_length",
     "robots",
+    "self_collision_pairs",
+    "solve_qp",
+    "stiffness_profile",
+    "track",
     "weights",
     "with_turntable",
 ]

@@ -1,6 +1,6 @@
 """Types of the compiled core. Shapes are in the docstrings of the classes themselves."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, Self, TypeAlias, final, overload
 
@@ -12,6 +12,7 @@ _F64: TypeAlias = NDArray[np.float64]
 _IndexCallable: TypeAlias = Callable[[_F64], Any]
 
 __all__ = [
+    "Body",
     "ConditionNumber",
     "CustomIndex",
     "Elimination",
@@ -24,9 +25,13 @@ __all__ = [
     "Objective",
     "OrthogonalSQP",
     "PosturePull",
+    "Proximity",
+    "QuadraticProgram",
     "RateSolver",
     "ResolvedRate",
     "Robot",
+    "Scene",
+    "Shape",
     "SingularityParameter",
     "SmallestSingularValue",
     "Task",
@@ -35,7 +40,9 @@ __all__ = [
     "VirtualJoint",
     "WeightedInverse",
     "__version__",
+    "bodies_from_urdf",
     "build_profile",
+    "capsules_along_links",
     "characteristic_length",
     "find_route",
     "least_value",
@@ -44,6 +51,8 @@ __all__ = [
     "refine_path",
     "restore_path",
     "rms_length",
+    "self_collision_pairs",
+    "solve_qp",
 ]
 
 __version__: str
@@ -256,6 +265,140 @@ class PosturePull:
     def threshold(self) -> float: ...
     @property
     def length(self) -> float: ...
+
+@final
+class Shape:
+    @staticmethod
+    def sphere(radius: float) -> Shape: ...
+    @staticmethod
+    def capsule(radius: float, length: float) -> Shape: ...
+    @staticmethod
+    def cuboid(size: ArrayLike) -> Shape: ...
+    @staticmethod
+    def hull(points: ArrayLike) -> Shape: ...
+    def grown(self, margin: float) -> Shape: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def size(self) -> list[float] | None: ...
+    @property
+    def vertices(self) -> _F64: ...
+
+@final
+class Body:
+    def __new__(cls, name: str, link: int | str, shape: Shape, pose: ArrayLike | None = None) -> Self: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def link(self) -> int | str: ...
+    @property
+    def shape(self) -> Shape: ...
+    @property
+    def pose(self) -> _F64: ...
+
+@final
+class Proximity:
+    @property
+    def names(self) -> tuple[str, str]: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def points(self) -> _F64: ...
+    @property
+    def normal(self) -> _F64: ...
+    @property
+    def gradient(self) -> _F64: ...
+    @property
+    def drift(self) -> float: ...
+
+@final
+class Scene:
+    def __new__(
+        cls,
+        robot: Robot,
+        bodies: Sequence[Body],
+        obstacles: Mapping[str, Shape | tuple[Shape, ArrayLike]] | None = None,
+        self_pairs: Sequence[tuple[int, int]] = ...,
+    ) -> Self: ...
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def bodies(self) -> list[Body]: ...
+    @property
+    def obstacles(self) -> list[str]: ...
+    @property
+    def self_pairs(self) -> list[tuple[int, int]]: ...
+    def shape_of(self, name: str) -> Shape: ...
+    def pose_of(self, name: str) -> _F64: ...
+    def place(self, name: str, pose: ArrayLike, velocity: ArrayLike | None = None) -> None: ...
+    def near(self, q: ArrayLike, influence: float = ...) -> list[Proximity]: ...
+    def distance(self, q: ArrayLike) -> float: ...
+
+@final
+class QuadraticProgram:
+    def __new__(
+        cls,
+        robot: Robot,
+        task: Task,
+        objective: Objective | None = None,
+        *,
+        weight: float = 1.0,
+        form: Literal["curvature", "equality", "printed"] = "curvature",
+        derivatives: Literal["exact", "bfgs", "differences"] = "exact",
+        rate_weights: float | ArrayLike | None = None,
+        stiffness: float = 1e4,
+        largest_deviation: tuple[float, float] | None = None,
+        length: float = 1.0,
+        dt: float = 1e-3,
+        limits: bool = True,
+        scene: Scene | None = None,
+        influence: float = 0.1,
+        security: float = 0.02,
+        damping: float = 0.5,
+        tolerance: float = 1e-3,
+    ) -> Self: ...
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def task(self) -> Task: ...
+    @property
+    def objective(self) -> Objective | None: ...
+    @property
+    def scene(self) -> Scene | None: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def dt(self) -> float: ...
+    def step(
+        self,
+        q: ArrayLike,
+        twist: ArrayLike,
+        out: _F64 | None = None,
+        *,
+        stiffness: float | None = None,
+        rates: ArrayLike | None = None,
+        rows: ArrayLike | None = None,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+    ) -> _F64: ...
+    def twist_to(self, q: ArrayLike, target: ArrayLike) -> _F64: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def deviation(self) -> _F64: ...
+    @property
+    def failed(self) -> list[str]: ...
+    @property
+    def distance(self) -> float: ...
+    @property
+    def conditioned(self) -> bool: ...
+    @property
+    def changes(self) -> int: ...
+    def reset(self) -> None: ...
+    def solve(
+        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
+    ) -> tuple[_F64, float, str, int]: ...
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[_F64, _F64, _F64, _F64, list[str], int]: ...
 
 @disjoint_base
 class RateSolver:
@@ -565,3 +708,19 @@ def least_value(
 def restore_path(
     robot: Robot, task: Task, targets: ArrayLike, q: ArrayLike, length: float
 ) -> tuple[_F64, NDArray[np.bool_]]: ...
+def solve_qp(
+    h: ArrayLike,
+    g: ArrayLike,
+    lower: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
+    rows: ArrayLike | None = None,
+    row_lower: ArrayLike | None = None,
+    row_upper: ArrayLike | None = None,
+) -> tuple[_F64, str, _F64, _F64, int]: ...
+def bodies_from_urdf(
+    path: str | Path, base: str | None = None, tip: str | None = None, search: Sequence[str | Path] = ...
+) -> list[Body]: ...
+def capsules_along_links(robot: Robot, radius: float) -> list[Body]: ...
+def self_collision_pairs(
+    robot: Robot, bodies: Sequence[Body], reference: ArrayLike, clearance: float = 0.02
+) -> list[tuple[int, int]]: ...

@@ -54,8 +54,10 @@ pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> 
     for point in 0..problem.targets.len() {
         if problem.limits {
             for joint in 0..n {
-                push(Kind::Position, point, joint, 1.0, problem.robot.limits().q_max[joint]);
-                push(Kind::Position, point, joint, -1.0, -problem.robot.limits().q_min[joint]);
+                // The first point of a closed path is passed again, whole turns away.
+                let turns = problem.closed.filter(|_| point == 0).map_or(0.0, |turns| turns[joint]);
+                push(Kind::Position, point, joint, 1.0, problem.robot.limits().q_max[joint] - turns.max(0.0));
+                push(Kind::Position, point, joint, -1.0, turns.min(0.0) - problem.robot.limits().q_min[joint]);
             }
         }
         if let Some(spin) = &problem.spin {

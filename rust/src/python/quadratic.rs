@@ -1,6 +1,5 @@
 //! `redundancy.QuadraticProgram`.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 use numpy::{PyArray1, PyArrayDyn};
@@ -14,6 +13,7 @@ use super::solution::{self, Followed, Solved, followed, solved};
 use super::task::PyTask;
 use crate::collision::{Damping, Proximity};
 use crate::error::{Error, check_positive};
+use crate::kinematics::forward;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::optimize::qp::Row;
 use crate::resolve::{
@@ -81,8 +81,6 @@ pub struct PyQuadraticProgram {
     guard: Option<(Py<PyScene>, Damping)>,
     /// What is remembered from step to step, and what came of the last one.
     state: Mutex<State>,
-    /// Whether a step was made since the last reset.
-    stepped: AtomicBool,
 }
 
 #[derive(Clone, Copy)]
@@ -283,7 +281,6 @@ impl PyQuadraticProgram {
             objective: objective.map(|objective| objective.clone().unbind()),
             guard,
             state: Mutex::new(State::default()),
-            stepped: AtomicBool::new(false),
         })
     }
 
@@ -388,9 +385,31 @@ impl PyQuadraticProgram {
         let asked = Asked { q: &q[..n], twist: desired, stiffness, rows: &rows, lower: &lower, upper: &upper };
         ok(with_capacity!(n, step(self, &asked, &mut state, elements(&array))))?;
         *self.state() = state;
-        self.stepped.store(true, Ordering::Relaxed);
         self.check(py)?;
         Ok(array)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: ``(P_d - P_e) / T`` and the rotation vector of ``R_d R_e'`` over T, as far as
+    /// the task looks at them (Dufour and Suleiman 2020, eq. 1).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [omega; v] in the base frame [rad/s, m/s].
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let target = solution::target(self.solver.task(), target)?;
+        let q = self.posture("q", q)?;
+        let tool = forward::<MAX_JOINTS>(self.solver.robot(), &q[..self.solver.robot().n()]);
+        let ([a, b, c], [x, y, z]) = self.solver.task().error(&tool, &target);
+        let dt = self.solver.settings().dt;
+        Ok(vector(py, &[a, b, c, x, y, z].map(|error| error / dt)))
     }
 
     /// How the last `step` ended: "solved", "relaxed" (the task gave way to rows, obstacles or the worth of the objective), "limited" (to limits of
@@ -447,7 +466,6 @@ impl PyQuadraticProgram {
     /// Forgets the rates of the tick before, what BFGS knows, and the active constraints.
     fn reset(&self) {
         *self.state() = State::default();
-        self.stepped.store(false, Ordering::Relaxed);
     }
 
     /// A posture on a target: steps with the objective, without obstacles and speed limits, then Newton onto the target.

@@ -1,0 +1,262 @@
+"""A control loop in which the rates of a quadratic programme are followed exactly, before a robot does it."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._arrays import F64, checked
+from ._core import QuadraticProgram
+from ._progress import progress as progress_bar
+from .errors import InvalidValueError
+from .toolpath import Toolpath
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MOST_TICKS: Final = 10_000_000
+"""Ticks of a path at most: ten thousand seconds at 1 kHz."""
+
+
+def stiffness_profile(share: ArrayLike, low: float = 1.0, high: float = 1e4, ramp: float = 0.2) -> F64:
+    """Return how much a deviation from the path weighs: much at both ends of the path, little in between.
+
+    Parameters
+    ----------
+    share : array_like
+        Share of the path, from 0 to 1; what is beyond counts as the end.
+    low, high : float
+        Weights in the middle and at the ends, above 0. Dufour and Suleiman (2020) use 1 to 10 and 1e4 to 1e5.
+    ramp : float
+        Share of the path over which the weight falls, and rises again; above 0, at most 0.5.
+
+    Returns
+    -------
+    ndarray
+        Weights, of the shape of ``share``: quintic polynomials with flat ends on either side of a constant.
+
+    Raises
+    ------
+    InvalidValueError
+        If a weight or the ramp is out of its domain.
+
+    Notes
+    -----
+    The profile of Dufour and Suleiman (2020, figure 1), whose polynomials are not printed: these have no jump in the
+    first two derivatives.
+    """
+    for name, value in (("low", low), ("high", high)):
+        if not 0.0 < value < np.inf:
+            raise InvalidValueError(f"{name} is {value}, expected a finite number above 0")
+    if not 0.0 < ramp <= 0.5:
+        raise InvalidValueError(f"ramp is {ramp}, expected a share above 0, at most 0.5")
+    s = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
+    x = np.clip(np.minimum(s, 1.0 - s) / ramp, 0.0, 1.0)
+    fallen = x**3 * (10.0 + x * (6.0 * x - 15.0))
+    profile: F64 = high + (low - high) * fallen
+    return profile
+
+
+@dataclass(frozen=True, eq=False)
+class Tracking:
+    """What came of a control loop, tick by tick.
+
+    Attributes
+    ----------
+    program : QuadraticProgram
+        The programme.
+    time : ndarray, shape (N + 1,)
+        Times of the postures [s].
+    q : ndarray, shape (N + 1, n)
+        Postures; the first is the start [rad or m].
+    rates : ndarray, shape (N, n)
+        Rates from each posture to the next [rad/s or m/s].
+    deviation : ndarray, shape (N, 6)
+        The part of the twist that was not followed, [omega; v] [rad/s, m/s].
+    distance : ndarray, shape (N + 1,)
+        Smallest distance to obstacles and between bodies [m]; infinite without a scene.
+    status : list of str
+        How each step ended, as `QuadraticProgram.status`.
+    position_error, axis_error : ndarray, shape (N + 1,)
+        Distance [m] and angle [rad] to the path.
+    value : ndarray, shape (N + 1,)
+        The objective; NaN without.
+    """
+
+    program: QuadraticProgram
+    time: F64 = field(repr=False)
+    q: F64 = field(repr=False)
+    rates: F64 = field(repr=False)
+    deviation: F64 = field(repr=False)
+    distance: F64 = field(repr=False)
+    status: list[str] = field(repr=False)
+    position_error: F64 = field(repr=False)
+    axis_error: F64 = field(repr=False)
+    value: F64 = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Say how long, and how the steps ended."""
+        ended = ", ".join(f"{count} {name}" for name, count in Counter(self.status).most_common())
+        return f"Tracking({self.time[-1]:.3f} s: {ended})"
+
+    def plot(self, path: str | Path | None = None) -> "Figure":
+        """Draw the joints, the error, the objective and the distance over time.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to save it.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The figure.
+        """
+        from ._plot_tracking import plot_tracking
+
+        return plot_tracking(self, path)
+
+
+def track(
+    program: QuadraticProgram,
+    path: Toolpath,
+    q0: ArrayLike,
+    *,
+    stiffness: Callable[[F64], F64] | None = None,
+    before: Callable[[float], None] | None = None,
+    hold: float = 0.0,
+    progress: bool = True,
+) -> Tracking:
+    """Follow a path in time as a control loop would.
+
+    At every tick the programme gets the twist that would bring the tool onto the next point of the path, and its rates
+    are followed exactly until the next tick.
+
+    Parameters
+    ----------
+    program : QuadraticProgram
+        Robot, task, tick, obstacles. What it remembers of earlier steps is forgotten first.
+    path : Toolpath
+        With times: points in between are interpolated, positions linearly and orientations along the shortest arc.
+        Without: one point a tick.
+    q0 : array_like, shape (n,)
+        Posture at the start [rad or m]. It need not be on the path.
+    stiffness : callable, optional
+        Gets the shares of time (N,) from 0 to 1, returns the weight of the deviation at each, as `stiffness_profile`
+        does; the programme's own if not given.
+    before : callable, optional
+        Called with the time [s] before every step: the place to move obstacles.
+    hold : float
+        Time for which the last point is held [s].
+    progress : bool
+        Whether a bar on stderr shows the progress of what takes longer than a second.
+
+    Returns
+    -------
+    Tracking
+        Every tick.
+
+    Raises
+    ------
+    InvalidValueError
+        If the path takes more than ten million ticks, or a number is not finite.
+    ShapeError
+        If ``q0`` does not fit the robot.
+    """
+    robot, dt, scene, objective = program.robot, program.dt, program.scene, program.objective
+    targets = _ticks(program, path, hold)
+    count = len(targets)
+    weights = _weights(program, stiffness, count)
+    q, rates, deviation = np.empty((count + 1, robot.n)), np.empty((count, robot.n)), np.empty((count, 6))
+    q[0] = checked("q0", q0, (robot.n,))
+    distance, status = np.full(count + 1, np.inf), []
+    program.reset()
+    with progress_bar(count, "tracking", progress) as advance:
+        for k in range(count + 1):
+            if before is not None:
+                before(k * dt)
+            if scene is not None:
+                distance[k] = scene.distance(q[k])
+            if k == count:
+                break
+            program.step(q[k], program.twist_to(q[k], targets[k]), rates[k], stiffness=weights[k])
+            deviation[k] = program.deviation
+            status.append(program.status)
+            q[k + 1] = q[k] + dt * rates[k]
+            advance(1)
+    value = np.full(count + 1, np.nan) if objective is None else objective.evaluate_many(robot, q, 0)[0]
+    time = dt * np.arange(count + 1, dtype=np.float64)
+    return Tracking(program, time, q, rates, deviation, distance, status, *_errors(program, targets, q), value)
+
+
+def _weights(program: QuadraticProgram, stiffness: Callable[[F64], F64] | None, count: int) -> list[float | None]:
+    """Return the weight of the deviation at every tick; None for the programme's own."""
+    if stiffness is None:
+        return [None] * count
+    weights = np.asarray(stiffness(np.arange(1, count + 1) / count), dtype=np.float64)
+    return [float(weight) for weight in np.broadcast_to(weights, (count,))]
+
+
+def _errors(program: QuadraticProgram, targets: F64, q: F64) -> tuple[F64, F64]:
+    """Return the distances and the angles to the target of the tick before; of the start to the first."""
+    wanted = targets[[0, *range(len(targets))]]
+    missing = np.array([program.twist_to(row, target) for row, target in zip(q, wanted, strict=True)])
+    position: F64 = program.dt * np.linalg.norm(missing[:, 3:], axis=1)
+    angle: F64 = program.dt * np.linalg.norm(missing[:, :3], axis=1)
+    return position, angle
+
+
+def _ticks(program: QuadraticProgram, path: Toolpath, hold: float) -> F64:
+    """Return the target of every tick; the first is where the tool should be at its end."""
+    if not 0.0 <= hold < np.inf:
+        raise InvalidValueError(f"hold is {hold}, expected a finite time of at least 0 [s]")
+    still = round(hold / program.dt)
+    if path.time is None:
+        count = len(path) + still
+    else:
+        count = int(np.ceil((path.time[-1] - path.time[0]) / program.dt - 1e-9)) + still
+    count = max(count, 1)
+    if count > _MOST_TICKS:
+        raise InvalidValueError(f"path takes {count} ticks of {program.dt} s, expected at most {_MOST_TICKS}")
+    if path.time is None:
+        return path.targets(program.task)[np.minimum(np.arange(count), len(path) - 1)]
+    times = np.minimum(path.time[0] + program.dt * np.arange(1, count + 1), path.time[-1])
+    return _at(path, times).targets(program.task)
+
+
+def _at(path: Toolpath, times: F64) -> Toolpath:
+    """Return the path at some times: positions along lines, orientations along the shortest arcs."""
+    known = path.time
+    if known is None or len(path) < 2:
+        rows = np.zeros(len(times), dtype=np.intp)
+        return Toolpath(path.position[rows], path.axis[rows], None if path.rotation is None else path.rotation[rows])
+    position = np.stack([np.interp(times, known, column) for column in path.position.T], axis=1)
+    first = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
+    share = (times - known[first]) / (known[first + 1] - known[first])
+    if path.rotation is None:
+        a, b = path.axis[first], path.axis[first + 1]
+        normal = np.cross(a, b)
+        angle = np.arctan2(np.linalg.norm(normal, axis=1), (a * b).sum(axis=1))
+        return Toolpath(position, (_turns(normal, share * angle) @ a[:, :, None])[:, :, 0])
+    a, b = path.rotation[first], path.rotation[first + 1]
+    turn = b @ a.transpose(0, 2, 1)
+    skew = turn - turn.transpose(0, 2, 1)
+    vector = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+    angle = np.arctan2(np.linalg.norm(vector, axis=1), np.trace(turn, axis1=1, axis2=2) - 1.0)
+    turned = _turns(vector, share * angle)
+    axis = (turned @ path.axis[first][:, :, None])[:, :, 0]
+    return Toolpath(position, axis, turned @ a)
+
+
+def _turns(axis: F64, angle: F64) -> F64:
+    """Return the rotations (N, 3, 3) by angles about axes of any length (Rodrigues); none about a zero axis."""
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    x, y, z = (axis / np.where(length > 0.0, length, 1.0)).T
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    turns: F64 = np.eye(3) + np.sin(angle)[:, None, None] * cross + (1.0 - np.cos(angle))[:, None, None] * cross @ cross
+    return turns
