@@ -15,7 +15,7 @@ compare_plan: Any = load("compare_plan")
 
 BETTER = [("fanuc_m710ic50_milling", "cylinder_inside"), ("abb_irb120", "limit_line"), ("ur5e", "limit_line")]
 NARROW = [("ur5e", "dash"), ("abb_irb120", "cylinder_outside")]
-"""Where one search on the planner's coarse grid misses the way."""
+"""Where the way is narrower than a cell of the planner's first grid, or follows speed limits."""
 
 
 def check(robot: str, name: str) -> None:
@@ -34,10 +34,13 @@ def test_a_plan_is_not_worse_than_a_grid_and_smoother(robot: str, name: str) -> 
 @pytest.mark.parametrize(("robot", "name"), NARROW, ids=lambda x: x)
 def test_further_searches_find_narrower_ways(robot: str, name: str) -> None:
     check(robot, name)
-    case = plan_cases.case(name, robot)
+
+
+def test_one_search_alone_misses_a_narrow_way() -> None:
+    case = plan_cases.case("cylinder_outside", "abb_irb120")
     objective = rd.ConditionNumber(case.length)
     once, again = (rd.plan(case.robot, case.path, objective=objective, effort=effort) for effort in (1, None))
-    assert again.value.max() < (1.0 - 1e-3) * once.value.max()
+    assert again.value.max() < 0.9 * once.value.max()
 
 
 def test_a_closed_grid_way_ends_where_it_starts() -> None:

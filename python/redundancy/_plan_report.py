@@ -126,7 +126,7 @@ def describe_failure(robot: Robot, failure: PlanFailure) -> str:
         return f"{where}, {failure.excess:.3g} times it would be needed"
     sliding = robot.joints[failure.joint] == "P"
     excess = f"{1000.0 * failure.excess:.3g} mm" if sliding else f"{np.rad2deg(failure.excess):.3g} deg"
-    return f"{where}, which would have to go at least {excess} beyond it"
+    return f"{where}, which would have to go about {excess} beyond it"
 
 
 def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objective: str, pictures: bool) -> list[str]:

@@ -35,7 +35,7 @@ class PlanFailure:
     def __str__(self) -> str:
         where = f"point {self.point}: {self.cause}"
         if self.cause == "joint limit" and self.joint is not None:
-            return f"{where} of joint {self.joint + 1}, by {self.excess:.3g} at least"
+            return f"{where} of joint {self.joint + 1}, by about {self.excess:.3g}"
         if self.cause in ("speed limit", "step limit") and self.joint is not None:
             return f"{where} of joint {self.joint + 1}, {self.excess:.3g} times it needed"
         return where
