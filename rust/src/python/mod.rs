@@ -9,6 +9,7 @@ mod inverse;
 mod objective;
 mod plan;
 mod posture;
+mod programme_arguments;
 mod qp;
 mod quadratic;
 mod rate;

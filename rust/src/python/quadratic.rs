@@ -5,8 +5,9 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_any, read_list, read_vector, vector};
+use super::array::{elements, ok, output, read_vector, vector};
 use super::objective::PyObjective;
+use super::programme_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
 use super::robot::PyRobot;
 use super::scene::PyScene;
 use super::solution::{self, Followed, Solved, followed, solved};
@@ -17,8 +18,7 @@ use crate::kinematics::forward;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::optimize::qp::Row;
 use crate::resolve::{
-    Derivatives, Form, Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus,
-    Solution, Tick,
+    Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Solution, Tick,
 };
 use crate::task::Target;
 use crate::with_capacity;
@@ -164,45 +164,6 @@ impl PyQuadraticProgram {
     }
 }
 
-/// Rows (m, n) and their limits (m,).
-type ReadRows = (Vec<f64>, Vec<f64>, Vec<f64>);
-
-fn read_constraints(
-    rows: Option<&Bound<'_, PyAny>>,
-    lower: Option<&Bound<'_, PyAny>>,
-    upper: Option<&Bound<'_, PyAny>>,
-    n: usize,
-) -> PyResult<ReadRows> {
-    let Some(rows) = rows else {
-        return match lower.or(upper) {
-            Some(_) => Err(Error::value("rows", "None", "rows where lower or upper is given").into()),
-            None => Ok((Vec::new(), Vec::new(), Vec::new())),
-        };
-    };
-    let (numbers, shape) = read_any("rows", rows)?;
-    let &[count, width] = shape.as_slice() else {
-        return Err(Error::Shape { name: "rows".into(), got: format!("{shape:?}"), expected: format!("(m, {n})") }.into());
-    };
-    if width != n {
-        return Err(Error::Shape { name: "rows".into(), got: format!("({count}, {width})"), expected: format!("(m, {n})") }.into());
-    }
-    crate::error::check_finite("rows", &numbers).map_err(PyErr::from)?;
-    if count > MAX_OWN_ROWS {
-        return Err(Error::value("rows", count, &format!("at most {MAX_OWN_ROWS} rows")).into());
-    }
-    let limit = |name: &str, value: Option<&Bound<'_, PyAny>>, open: f64| -> PyResult<Vec<f64>> {
-        let list = value.map_or_else(|| Ok(vec![open; count]), |value| read_list(name, value))?;
-        if list.len() != count {
-            return Err(Error::length(name, list.len(), count).into());
-        }
-        match list.iter().position(|x| x.is_nan()) {
-            Some(index) => Err(Error::NonFinite { name: name.into(), index, value: f64::NAN }.into()),
-            None => Ok(list),
-        }
-    };
-    Ok((numbers, limit("lower", lower, f64::NEG_INFINITY)?, limit("upper", upper, f64::INFINITY)?))
-}
-
 #[pymethods]
 impl PyQuadraticProgram {
     #[new]
@@ -230,34 +191,10 @@ impl PyQuadraticProgram {
     ) -> PyResult<Self> {
         let core = robot.get().robot.clone();
         let n = core.n();
-        let mut weights = [1.0; MAX_JOINTS];
-        match rate_weights {
-            None => {}
-            Some(value) if value.extract::<f64>().is_ok() => weights = [value.extract::<f64>()?; MAX_JOINTS],
-            Some(value) => {
-                let list = read_list("rate_weights", value)?;
-                if list.len() != n {
-                    return Err(Error::length("rate_weights", list.len(), n).into());
-                }
-                weights[..n].copy_from_slice(&list);
-            }
-        }
-        let form = match form {
-            "curvature" => Form::Curvature,
-            "printed" => Form::Printed,
-            "equality" => Form::Equality,
-            other => return Err(Error::value("form", format!("{other:?}"), "'curvature', 'equality' or 'printed'").into()),
-        };
-        let derivatives = match derivatives {
-            "exact" => Derivatives::Exact,
-            "bfgs" => Derivatives::Bfgs,
-            "differences" => Derivatives::Differences(1e-4),
-            other => return Err(Error::value("derivatives", format!("{other:?}"), "'exact', 'bfgs' or 'differences'").into()),
-        };
         let settings = QuadraticSettings {
             length,
             dt,
-            rate_weights: weights,
+            rate_weights: read_rate_weights(rate_weights, n)?,
             stiffness,
             largest_deviation: largest_deviation.unwrap_or((f64::INFINITY, f64::INFINITY)),
             limits,
@@ -273,7 +210,7 @@ impl PyQuadraticProgram {
                 Some((scene, ok(Damping::new(influence, security, damping))?))
             }
         };
-        let solver = ok(QuadraticSolver::new(core, task.get().task, index, form, derivatives, settings))?;
+        let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
         Ok(Self {
             solver,
             robot,

@@ -63,12 +63,13 @@ pub(super) fn solve<const C: usize>(form: &Form<C>, at: &Constraints<'_, C>, n: 
 
 /// The best within the bounds where rows exclude each other or the bounds: first the least violation that all rows have to share, then the form
 /// under rows opened by it. Always within the bounds; `None` only for numbers that overflow.
-pub(super) fn solve_opened<const C: usize>(form: &Form<C>, at: &Constraints<'_, C>, n: usize, rows: &mut [Row<C>]) -> Option<[f64; C]> {
+pub(super) fn solve_opened<const C: usize>(form: &Form<C>, at: &Constraints<'_, C>, n: usize) -> Option<[f64; C]> {
     let (nearest, violation) = least_violation(at, n)?;
     let opening = violation * (1.0 + OPENING.0) + OPENING.1;
-    for row in rows.iter_mut() {
-        row.lower -= opening;
-        row.upper += opening;
+    let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; super::MAX_ROWS];
+    let rows = &mut rows[..at.rows.len()];
+    for (opened, row) in rows.iter_mut().zip(at.rows) {
+        *opened = Row { lower: row.lower - opening, upper: row.upper + opening, ..*row };
     }
     let opened = solve(form, &Constraints { rows, ..*at }, n, &ActiveSet::default());
     Some(if opened.status == Status::Solved { opened.x } else { nearest })

@@ -18,6 +18,8 @@ use crate::task::Task;
 pub const MAX_ROWS: usize = 64;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
+/// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
+const FASTEST: f64 = 1e9;
 /// A row fails when it does by more than this, relative to what it is made of.
 const FAILS: f64 = 1e-9;
 /// Rates this near to a bound, relative, are at it.
@@ -96,7 +98,7 @@ pub struct Outcome {
     pub deviation: Row6,
     /// Rows that fail, one bit a row.
     pub failed: u64,
-    /// Whether the index could be evaluated.
+    /// Whether the index could be evaluated, with numbers that the programme can hold.
     pub conditioned: bool,
     /// Constraints that the programme added or dropped.
     pub changes: usize,
@@ -209,57 +211,42 @@ impl QuadraticSolver {
         let (w, v) = halves(&tick.twist);
         let task = TaskRows {
             rows: directions.rows(&columns),
-            wanted: directions.reduce(w, v),
+            wanted: directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST)),
             dimension: directions.dimension(),
             angular: self.task.angular.dimension(),
         };
-        let plain = programme::Form::<C>::of_rates(&self.settings.rate_weights[..n]);
-        let mut form = plain;
-        let dt = self.settings.dt;
+        let mut plain = programme::Form::<C>::of_rates(&self.settings.rate_weights[..n]);
+        let (mut form, dt) = (plain, self.settings.dt);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut form));
-        form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
+        for form in [&mut form, &mut plain] {
+            form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
+        }
         let (lower, upper) = self.bounds::<C>(tick.q, memory.rates.as_ref());
         let mut buffer = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_ROWS];
         let (hard, all) = self.gather(tick, &task, &mut buffer);
-        let at = Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] };
-        let mut found = solve(&form, &at, n, &memory.start());
-        let mut status = None;
-        if found.status == Status::NotConvex {
-            status = Some(QuadraticStatus::NotConvex);
-            form = plain;
-            form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
-            found = solve(&form, &at, n, &ActiveSet::default());
-        }
-        if found.status != Status::Solved && all > hard {
-            // The task gives way first: its deviation is no longer bounded.
-            found = solve(&form, &Constraints { rows: &buffer[..hard], ..at }, n, &ActiveSet::default());
-        }
-        let mut x = found.x;
-        if found.status == Status::Solved {
-            memory.keep(&found.active);
-        } else {
-            status = Some(QuadraticStatus::Infeasible);
-            let mut opened = buffer;
-            x = solve_opened(&form, &Constraints { rows: &buffer[..hard], ..at }, n, &mut opened[..hard]).unwrap_or([0.0; C]);
-        }
+        let answer = answer(&[form, plain], &Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] }, hard, n, memory);
         for i in 0..n {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
-            rates[i] = if x[i].is_finite() { x[i] } else { 0.0 }.clamp(lower[i], upper[i]);
+            rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(lower[i], upper[i]);
         }
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
+        let printed = self.term.as_ref().is_some_and(|term| term.form == Form::Printed);
         let held = (0..n).any(|i| near(rates[i], lower[i]) || near(rates[i], upper[i]));
         let (deviation, kept) = self.deviation(&task, &rates[..n]);
         let (w, v) = directions.motion_of(&deviation);
         Outcome {
-            status: status.unwrap_or(match (kept, held) {
+            status: match (kept, held) {
+                _ if answer.infeasible => QuadraticStatus::Infeasible,
+                _ if printed && answer.without_index == Some(Status::NotConvex) => QuadraticStatus::NotConvex,
                 (true, _) => QuadraticStatus::Solved,
                 (false, true) => QuadraticStatus::Limited,
                 (false, false) => QuadraticStatus::Relaxed,
-            }),
+            },
             deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
             failed: failed(&buffer[..hard], rates),
-            conditioned,
-            changes: found.changes,
+            // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
+            conditioned: conditioned && (printed || answer.without_index.is_none()),
+            changes: answer.changes,
         }
     }
 
@@ -305,8 +292,44 @@ impl QuadraticSolver {
     }
 }
 
+/// Rates, whether the rows or the index had to be left out, and how often the programme changed its mind.
+struct Answer<const C: usize> {
+    x: [f64; C],
+    infeasible: bool,
+    without_index: Option<Status>,
+    changes: usize,
+}
+
+/// Solves the first form, or the second where that is not convex. The rows from `hard` on give way first, then all of them.
+fn answer<const C: usize>(
+    forms: &[programme::Form<C>; 2],
+    at: &Constraints<'_, C>,
+    hard: usize,
+    n: usize,
+    memory: &mut QuadraticMemory,
+) -> Answer<C> {
+    let [mut form, plain] = *forms;
+    let mut found = solve(&form, at, n, &memory.start());
+    let without_index = matches!(found.status, Status::NotConvex | Status::Undefined).then_some(found.status);
+    if without_index.is_some() {
+        form = plain;
+        found = solve(&form, at, n, &ActiveSet::default());
+    }
+    let own = Constraints { rows: &at.rows[..hard], ..*at };
+    if found.status != Status::Solved && at.rows.len() > hard {
+        found = solve(&form, &own, n, &ActiveSet::default());
+    }
+    let infeasible = found.status != Status::Solved;
+    if infeasible {
+        found.x = solve_opened(&form, &own, n).unwrap_or([0.0; C]);
+    } else {
+        memory.keep(&found.active);
+    }
+    Answer { x: found.x, infeasible, without_index, changes: found.changes }
+}
+
 fn near(x: f64, bound: f64) -> bool {
-    (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
+    bound.is_finite() && (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
 }
 
 /// The rows that do not hold.
