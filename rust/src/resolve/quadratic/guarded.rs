@@ -10,8 +10,8 @@ use crate::optimize::qp::Row;
 pub const MAX_NEAR: usize = 24;
 /// How often rows are tightened for what a straight line does not tell of a distance.
 const TIGHTENINGS: usize = 3;
-/// A distance may fall short of the security distance by this [m].
-const SHORT: f64 = 1e-9;
+/// How far above the security distance ticks end at least [m]: between them, on a chord of the motion, a distance can be a little less.
+const MARGIN: f64 = 1e-6;
 
 /// Obstacles, and the law that keeps them away.
 pub struct Guard<'a> {
@@ -73,10 +73,10 @@ impl<'a> Guard<'a> {
         for next in &there[..found] {
             let Some(k) = self.near[..self.count].iter().position(|pair| pair.pair == next.pair) else { continue };
             // What is too near already has only to keep its distance.
-            let floor = self.damping.security().min(self.near[k].distance);
+            let floor = (self.damping.security() + MARGIN).min(self.near[k].distance);
             let short = floor - (next.distance + dt * next.drift);
-            if short > SHORT {
-                rows[k].lower += (short + SHORT) / dt;
+            if short > 0.0 {
+                rows[k].lower += short / dt;
                 tightened = true;
             }
         }
