@@ -62,9 +62,10 @@ docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
 	$(BIN)/python docs/plan_figures.py
 	$(BIN)/mkdocs build --strict
 
-soak: $(VENV)/built $(VENV)/group-test ## a million bit patterns, a million poses, a thousand references recomputed
+soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns, a million poses, a hundred thousand programmes, a thousand references
 	cargo test --locked --release --no-default-features -- --ignored
 	$(BIN)/python -m tests.soak_inverse
+	$(BIN)/python -m tests.soak_qp
 	$(BIN)/python -m tests.reference.condition_mpmath --check
 
 clean: ## everything made

@@ -18,6 +18,8 @@ from .toolpath import Toolpath
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_UNHURRIED: Final = 10.0
+"""Gain where accelerations have limits [1/s]."""
 _MOST_TICKS: Final = 10_000_000
 """Ticks of a path at most: ten thousand seconds at 1 kHz."""
 
@@ -127,14 +129,15 @@ def track(
     q0: ArrayLike,
     *,
     stiffness: Callable[[F64], F64] | None = None,
+    gain: float | None = None,
     before: Callable[[float], None] | None = None,
     hold: float = 0.0,
     progress: bool = True,
 ) -> Tracking:
     """Follow a path in time as a control loop would.
 
-    At every tick the programme gets the twist that would bring the tool onto the next point of the path, and its rates
-    are followed exactly until the next tick.
+    At every tick the programme gets the twist of the path, and what takes up the error of the tool; its rates are
+    followed exactly until the next tick.
 
     Parameters
     ----------
@@ -148,6 +151,10 @@ def track(
     stiffness : callable, optional
         Gets the shares of time (N,) from 0 to 1, returns the weight of the deviation at each, as `stiffness_profile`
         does; the programme's own if not given.
+    gain : float, optional
+        Part of the error that is taken up in a second [1/s], at most 1 / dt, with which the next point is reached
+        within the tick (Dufour and Suleiman 2020, eq. 1). If not given, that; 10 for a robot with limits of
+        acceleration, which needs room to brake.
     before : callable, optional
         Called with the time [s] before every step: the place to move obstacles.
     hold : float
@@ -163,14 +170,14 @@ def track(
     Raises
     ------
     InvalidValueError
-        If the path takes more than ten million ticks, or a number is not finite.
+        If the path takes more than ten million ticks, a number is not finite, or ``gain`` is out of its domain.
     ShapeError
         If ``q0`` does not fit the robot.
     """
     robot, dt, scene, objective = program.robot, program.dt, program.scene, program.objective
     targets = _ticks(program, path, hold)
     count = len(targets)
-    weights = _weights(program, stiffness, count)
+    weights, share = _weights(program, stiffness, count), _share(program, gain)
     q, rates, deviation = np.empty((count + 1, robot.n)), np.empty((count, robot.n)), np.empty((count, 6))
     q[0] = checked("q0", q0, (robot.n,))
     distance, status = np.full(count + 1, np.inf), []
@@ -183,7 +190,8 @@ def track(
                 distance[k] = scene.distance(q[k])
             if k == count:
                 break
-            program.step(q[k], program.twist_to(q[k], targets[k]), rates[k], stiffness=weights[k])
+            here, there = (program.twist_to(q[k], targets[i]) for i in (max(k - 1, 0), k))
+            program.step(q[k], there - (1.0 - share) * here, rates[k], stiffness=weights[k])
             deviation[k] = program.deviation
             status.append(program.status)
             q[k + 1] = q[k] + dt * rates[k]
@@ -199,6 +207,16 @@ def _weights(program: QuadraticProgram, stiffness: Callable[[F64], F64] | None, 
         return [None] * count
     weights = np.asarray(stiffness(np.arange(1, count + 1) / count), dtype=np.float64)
     return [float(weight) for weight in np.broadcast_to(weights, (count,))]
+
+
+def _share(program: QuadraticProgram, gain: float | None) -> float:
+    """Return the part of the error that is taken up in a tick."""
+    most = 1.0 / program.dt
+    if gain is None:
+        gain = min(most, _UNHURRIED) if np.isfinite(program.robot.qdd_max).any() else most
+    if not 0.0 < gain <= most * (1.0 + 1e-9):
+        raise InvalidValueError(f"gain is {gain}, expected a number above 0, at most 1 / dt = {most}")
+    return gain * program.dt
 
 
 def _errors(program: QuadraticProgram, targets: F64, q: F64) -> tuple[F64, F64]:

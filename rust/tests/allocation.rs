@@ -5,14 +5,17 @@ use std::cell::Cell;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use crate::collision::shapes::seven_capsules;
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, step};
+use _core::collision::{Damping, Obstacle, Proximity, Scene, Shape, capsules_along_links};
 use _core::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
 use _core::inverse::{Inverse, reach};
 use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
 use _core::linalg::{MAX_JOINTS, frame::Frame, vector::halves};
-use _core::optimize::qp::{self, MAX_VARIABLES, Row};
+use _core::optimize::qp::{self, ActiveSet, Problem, Row};
 use _core::resolve::{
-    Bounds, Known, Memory, Method, OrthogonalSqp, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Settings, newton_step,
+    Bounds, Derivatives, Form, Guard, Known, Memory, Method, OrthogonalSqp, PosturePull, QuadraticMemory, QuadraticSettings,
+    QuadraticSolver, RateSettings, RateSolver, Scaling, Secondary, Settings, Tick, newton_step,
 };
 use _core::robot::{Joint, Robot};
 use _core::task::{Target, Task};
@@ -201,18 +204,95 @@ fn rate_methods() {
 
 fn programme(n: usize) {
     let rng = &mut Rng(n as u64);
-    let n = n.min(MAX_VARIABLES);
-    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
-    let mut g = [0.0; MAX_VARIABLES];
+    let (mut h, mut g) = ([[0.0; MAX_JOINTS]; MAX_JOINTS], [0.0; MAX_JOINTS]);
     for i in 0..n {
         h[i][i] = 1.0 + i as f64;
         g[i] = rng.within(-5.0, 5.0);
     }
-    let rows: Vec<Row> = (0..2 * MAX_JOINTS)
-        .map(|_| Row { a: std::array::from_fn(|i| if i < n { rng.within(-1.0, 1.0) } else { 0.0 }), b: rng.within(-1.0, 0.0) })
-        .collect();
-    let solution = free_of_allocation("qp", || qp::solve(&h, &g, &rows, n));
-    assert!(solution.changes > 0);
+    let (lower, upper) = ([-1.0; MAX_JOINTS], [1.0; MAX_JOINTS]);
+    let row = |rng: &mut Rng| Row { a: std::array::from_fn(|_| rng.within(-1.0, 1.0)), lower: rng.within(-1.0, 0.0), upper: f64::INFINITY };
+    let rows: Vec<Row<MAX_JOINTS>> = (0..2 * MAX_JOINTS).map(|_| row(rng)).collect();
+    let problem = Problem { n, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows };
+    let cold = free_of_allocation("qp", || qp::solve(&problem, &ActiveSet::default()));
+    free_of_allocation("warm qp", || qp::solve(&problem, &cold.active));
+    assert!(cold.changes > 0);
+}
+
+/// Ticks as programmes, among obstacles where the posture is one.
+fn ticks<const C: usize>(robot: &Robot, q: &[f64]) {
+    let n = robot.n();
+    let robot = Arc::new(robot.clone());
+    let objective = Objective::new(vec![(1.0, indices(rows_for(n))[2].clone())]).unwrap();
+    let bodies = capsules_along_links(&robot, 0.06).unwrap();
+    let tool = forward::<C>(&robot, &vec![0.3; n]).origin;
+    let ball = |name: &str, at| Obstacle::new(name, Shape::sphere(0.2).unwrap(), Frame::translation(at)).unwrap();
+    let obstacles = vec![ball("one", tool), ball("two", [0.3, 0.0, 0.3])];
+    let mut scene = Scene::new(robot.clone(), bodies, obstacles, vec![]).unwrap();
+    scene.place(0, Frame::translation(tool), [0.0, 0.0, 0.0, 0.1, 0.0, 0.0]).unwrap();
+    let settings = QuadraticSettings {
+        length: 0.5,
+        dt: 1e-3,
+        rate_weights: [1.0; MAX_JOINTS],
+        stiffness: 1e4,
+        largest_deviation: (0.1, 0.1),
+        limits: true,
+        tolerance: 1e-3,
+    };
+    let own = |lower| Row { a: [1.0; C], lower, upper: f64::INFINITY };
+    for task in tasks(n) {
+        for form in [Form::Curvature, Form::Printed, Form::Equality] {
+            for derivatives in [Derivatives::Exact, Derivatives::Bfgs, Derivatives::Differences(1e-4)] {
+                let solver =
+                    QuadraticSolver::new(robot.clone(), task, Some((objective.clone(), 100.0)), form, derivatives, settings).unwrap();
+                let (mut memory, mut rates) = (QuadraticMemory::default(), vec![0.0; n]);
+                // Rows that hold, and rows that exclude each other.
+                for rows in [[own(-0.1), own(-0.2)], [own(1e3), Row { upper: -1e3, ..own(f64::NEG_INFINITY) }]] {
+                    let tick = Tick { q, twist: [0.1, -0.2, 0.05, 0.3, 0.1, -0.2], stiffness: 100.0, rows: &rows };
+                    for _ in 0..2 {
+                        free_of_allocation("tick", || solver.step(&tick, &mut memory, &mut rates));
+                        if q.iter().all(|x| x.is_finite()) {
+                            let mut guard = Guard::new(&mut scene, Damping::new(5.0, 0.05, 0.5).unwrap());
+                            free_of_allocation("guarded tick", || guard.step(&solver, &tick, &mut memory, &mut rates).is_ok());
+                            assert!(guard.count > 0 || q[0] > 1e100);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Allocations of many queries of distances with obstacles of some kinds, of the first round and of a second.
+fn queries(kinds: &[usize]) -> [usize; 2] {
+    let mut rng = Rng(7);
+    let obstacles = (0..10).map(|k| Obstacle::new("", rng.shape(kinds[k % kinds.len()]), rng.pose(0.6)).unwrap()).collect();
+    let mut bodies = seven_capsules();
+    bodies[3].shape = rng.shape(2);
+    bodies[5].shape = rng.shape(4);
+    bodies[6].shape = rng.shape(0);
+    let mut scene = Scene::new(Arc::new(iiwa()), bodies, obstacles, vec![[0, 3], [0, 5], [3, 5], [1, 6]]).unwrap();
+    let postures: Vec<Vec<f64>> = (0..300).map(|_| rng.posture(7)).collect();
+    let mut out = [Proximity::NONE; 20];
+    let mut overlapping = 0;
+    let rounds = [0, 1].map(|_| {
+        let before = ALLOCATIONS.get();
+        for (k, q) in postures.iter().enumerate() {
+            scene.place(k % 10, Frame::translation([0.3, 0.1 * (k % 5) as f64, 0.5]), [0.1; 6]).unwrap();
+            let found = scene.near(q, 0.5, &mut out).unwrap();
+            overlapping += out[..found.written].iter().filter(|p| p.distance < 0.0).count();
+        }
+        ALLOCATIONS.get() - before
+    });
+    assert!(overlapping > 100);
+    rounds
+}
+
+#[test]
+fn distances() {
+    assert_eq!(queries(&[0, 1, 2, 4]), [0, 0]);
+    let [first, second] = queries(&[3]);
+    println!("hulls: {first} allocations in the first 300 queries, {second} in the next");
+    assert_eq!(second, 0);
 }
 
 fn everything(robot: &Robot) {
@@ -220,11 +300,13 @@ fn everything(robot: &Robot) {
     let q: Vec<f64> = (0..n).map(|i| 0.4 + 0.3 * (1.7 * i as f64).sin()).collect();
     with_capacity!(n, kernels(robot, &q));
     with_capacity!(n, resolution(robot, &q));
+    with_capacity!(n, ticks(robot, &q));
     programme(n);
     // Singular postures and bad numbers take other paths.
     for bad in [vec![0.0; n], vec![f64::NAN; n], vec![1e300; n], vec![f64::INFINITY; n]] {
         with_capacity!(n, kernels(robot, &bad));
         with_capacity!(n, resolution(robot, &bad));
+        with_capacity!(n, ticks(robot, &bad));
     }
 }
 

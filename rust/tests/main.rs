@@ -4,6 +4,7 @@
 
 mod allocation;
 mod batch;
+mod collision;
 mod common;
 mod derivatives;
 mod inverse;
@@ -11,6 +12,8 @@ mod linalg;
 mod optimize;
 mod oracle;
 mod plan;
+mod qp;
+mod quadratic;
 mod rate;
 mod robustness;
 mod solve;

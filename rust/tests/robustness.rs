@@ -11,7 +11,7 @@ use _core::linalg::MAX_JOINTS;
 use _core::linalg::orthogonal::Orthogonal;
 use _core::linalg::svd::Svd;
 use _core::linalg::symmetric::diagonalise;
-use _core::optimize::qp::{self, MAX_VARIABLES, Row};
+use _core::optimize::qp::{self, ActiveSet, Problem, Row, most_changes};
 use _core::resolve::{
     Bounds, Known, Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Scaling, Secondary, Settings, StepStatus, newton_step,
 };
@@ -189,16 +189,22 @@ fn matrices(rng: &mut Rng) {
     diagonalise(&mut symmetric, &mut [[0.0; 7]; 7], 7);
 
     let n = 1 + rng.below(6);
-    let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
-    let mut g = [0.0; MAX_VARIABLES];
+    let (mut h, mut g) = ([[0.0; 7]; 7], [0.0; 7]);
+    let (mut lower, mut upper) = ([f64::NEG_INFINITY; 7], [f64::INFINITY; 7]);
     let tame = rng.below(2) == 0;
     for i in 0..n {
         h[i][i] = if tame { 1.0 } else { rng.wild() };
         g[i] = rng.wild();
+        if rng.below(2) == 0 {
+            (lower[i], upper[i]) = (rng.wild(), rng.wild());
+        }
     }
-    let rows: Vec<Row> = (0..rng.below(20)).map(|_| Row { a: std::array::from_fn(|_| rng.wild()), b: rng.wild() }).collect();
-    let solution = qp::solve(&h, &g, &rows, n);
-    assert!(solution.changes <= 201);
+    let row = |rng: &mut Rng| Row { a: std::array::from_fn(|_| rng.wild()), lower: rng.wild(), upper: rng.wild() };
+    let rows: Vec<Row<7>> = (0..rng.below(20)).map(|_| row(rng)).collect();
+    let solution = qp::solve(&Problem { n, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows }, &ActiveSet::default());
+    assert!(solution.changes <= 1 + most_changes(n, rows.len()));
+    let finite = solution.x[..n].iter().all(|x| x.is_finite());
+    assert!(solution.status != qp::Status::Solved || finite, "{solution:?}");
 }
 
 fn trials(count: usize, seed: u64) {

@@ -19,7 +19,7 @@ impl Damping {
         if influence <= security {
             return Err(Error::value("influence", influence, &format!("a distance above security = {security}")));
         }
-        Ok(Self { influence, security, gain: check_positive("gain", gain)? })
+        Ok(Self { influence, security, gain: check_positive("damping", gain)? })
     }
 
     /// The influence distance [m].

@@ -27,7 +27,7 @@ pub use along_links::capsules_along_links;
 pub use body::{Body, Mount, Obstacle};
 pub use damping::Damping;
 pub use pairs::{Pair, self_pairs};
-pub use scene::{Found, Proximity, Scene};
+pub use scene::{Distances, Found, Proximity, Scene};
 pub use separation::{Separation, separation};
 pub use shape::Shape;
 pub use urdf::{bodies_from_urdf_file, bodies_from_urdf_str};

@@ -59,6 +59,18 @@ pub struct Found {
     pub within: usize,
 }
 
+/// Who can tell distances: a scene, or one that is shared and locked for the time of a question.
+pub trait Distances {
+    /// As [`Scene::near`].
+    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> Result<Found>;
+}
+
+impl Distances for Scene {
+    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> Result<Found> {
+        Self::near(self, q, influence, out)
+    }
+}
+
 /// A robot with its bodies among obstacles.
 pub struct Scene {
     robot: Arc<Robot>,

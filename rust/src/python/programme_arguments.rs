@@ -75,8 +75,13 @@ pub fn read_constraints(
         if list.len() != count {
             return Err(Error::length(name, list.len(), count).into());
         }
-        match list.iter().position(|x| x.is_nan()) {
-            Some(index) => Err(Error::NonFinite { name: name.into(), index, value: f64::NAN }.into()),
+        if let Some(index) = list.iter().position(|x| x.is_nan()) {
+            return Err(Error::NonFinite { name: name.into(), index, value: f64::NAN }.into());
+        }
+        match list.iter().position(|x| x.is_infinite() && *x != open) {
+            Some(index) => {
+                Err(Error::value(&format!("{name}[{index}]"), list[index], "a number, or an infinite one on the other side").into())
+            }
             None => Ok(list),
         }
     };

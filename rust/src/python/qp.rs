@@ -36,7 +36,7 @@ type Solved<'py> = (Bound<'py, PyArray1<f64>>, &'static str, Bound<'py, PyArray1
 ///     "solved", "infeasible", "not convex", "iterations" or "undefined" (numbers that are not finite, or overflow on the way).
 /// bound_multipliers : ndarray, shape (n,)
 ///     Of the bounds: at least 0 at a lower one, at most 0 at an upper one. If infeasible, with those of the rows a certificate:
-///     the combination of the normals vanishes while that of the limits is positive.
+///     the combination of the normals vanishes while that of the limits is positive. Zeros where one constraint's own limits are crossed.
 /// row_multipliers : ndarray, shape (m,)
 ///     Of the rows, likewise.
 /// changes : int

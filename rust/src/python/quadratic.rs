@@ -12,7 +12,7 @@ use super::robot::PyRobot;
 use super::scene::PyScene;
 use super::solution::{self, Followed, Solved, followed, solved};
 use super::task::PyTask;
-use crate::collision::{Damping, Proximity};
+use crate::collision::{Damping, Distances, Found, Proximity};
 use crate::error::{Error, check_positive};
 use crate::kinematics::forward;
 use crate::linalg::{MAX_JOINTS, Row6};
@@ -94,8 +94,24 @@ struct State {
 
 impl Default for State {
     fn default() -> Self {
-        let outcome = Outcome { status: QuadraticStatus::Solved, deviation: [0.0; 6], failed: 0, conditioned: true, changes: 0 };
+        let outcome = Outcome {
+            status: QuadraticStatus::Solved,
+            deviation: [0.0; 6],
+            failed: 0,
+            beyond_deviation: false,
+            conditioned: true,
+            changes: 0,
+        };
         Self { memory: QuadraticMemory::default(), outcome, near: [Proximity::NONE; MAX_NEAR], count: 0, own: 0 }
+    }
+}
+
+/// A scene that is locked for each question alone: a Python objective between two of them may ask it, or let another thread do so.
+struct Shared<'a>(&'a PyScene);
+
+impl Distances for Shared<'_> {
+    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> crate::error::Result<Found> {
+        self.0.lock().near(q, influence, out)
     }
 }
 
@@ -122,7 +138,7 @@ fn step<const C: usize>(this: &PyQuadraticProgram, asked: &Asked<'_>, state: &mu
     state.outcome = match &this.guard {
         None => this.solver.step::<C>(&tick, &mut state.memory, rates),
         Some((scene, damping)) => {
-            let mut scene = scene.get().lock();
+            let mut scene = Shared(scene.get());
             let mut guard = Guard::new(&mut scene, *damping);
             let outcome = guard.step::<C>(&this.solver, &tick, &mut state.memory, rates)?;
             (state.near, state.count) = (guard.near, guard.count);
@@ -204,7 +220,7 @@ impl PyQuadraticProgram {
         let guard = match scene {
             None => None,
             Some(scene) => {
-                if scene.get().lock().robot().n() != n {
+                if !scene.get().lock().robot().is_same_chain(&core) {
                     return Err(Error::value("scene", "that of another robot", "bodies of this robot").into());
                 }
                 Some((scene, ok(Damping::new(influence, security, damping))?))
@@ -285,13 +301,13 @@ impl PyQuadraticProgram {
     ///
     /// Raises
     /// ------
-    /// ShapeError, InvalidValueError
-    ///     If an array has the wrong shape, or is not finite.
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or a limit of a row is infinite on the side that nothing can meet.
     ///
     /// Notes
     /// -----
-    /// Where not everything can be kept, the task gives way first, then its largest deviation, then all rows by the same least amount; limits of
-    /// joints never. Beyond a position limit a joint may only move back. At a singularity of the task the programme is as convex as anywhere;
+    /// Where not everything can be kept, the task gives way first, then its largest deviation, by little, then all rows by the same least
+    /// amount. Limits of joints never give way. Beyond a position limit a joint may only move back. At a singularity of the task the programme is as convex as anywhere;
     /// where the objective itself is singular the step goes without it. No allocation but that of the result and of the rows.
     #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None))]
     fn step<'py>(
@@ -369,7 +385,7 @@ impl PyQuadraticProgram {
         vector(py, &self.state().outcome.deviation)
     }
 
-    /// What failed in the last `step`: "row 2", or the names of the pair that falls short of what its distance asks for.
+    /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, or "largest_deviation".
     #[getter]
     fn failed(&self) -> Vec<String> {
         let state = *self.state();
@@ -378,7 +394,8 @@ impl PyQuadraticProgram {
             Some(scene) if k >= state.own => PyScene::name_of(scene, state.near[k - state.own].pair).join(" and "),
             _ => format!("row {k}"),
         };
-        (0..state.own + state.count).filter(|k| state.outcome.failed >> k & 1 == 1).map(name).collect()
+        let rows = (0..state.own + state.count).filter(|k| state.outcome.failed >> k & 1 == 1).map(name);
+        rows.chain(state.outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
     }
 
     /// Smallest distance between the pairs that were looked at in the last `step`, at the posture it was given [m]; infinite where none was near.

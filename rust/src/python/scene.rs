@@ -5,12 +5,12 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use super::array::{ok, read_vector, vector};
+use super::array::{ok, read_any, read_vector, vector};
 use super::frames::{matrix, read_frame};
 use super::robot::PyRobot;
 use super::shape::{PyBody, PyShape};
 use crate::collision::{Obstacle, Pair, Proximity, Scene};
-use crate::error::Error;
+use crate::error::{Error, check_finite};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 
@@ -203,10 +203,13 @@ impl PyScene {
     ///     [omega; v] at its origin in the base frame [rad/s, m/s]; at rest if not given.
     #[pyo3(signature = (name, pose, velocity=None))]
     fn place(&self, name: &str, pose: &Bound<'_, PyAny>, velocity: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let mut origin = [0.0; 3];
-        let frame = match read_vector("pose", pose, 3, &mut origin) {
-            Ok(()) => Frame::translation(origin),
-            Err(_) => read_frame("pose", pose)?,
+        let (numbers, shape) = read_any("pose", pose)?;
+        let frame = match (shape.as_slice(), numbers.as_slice()) {
+            ([3], [x, y, z]) => {
+                check_finite("pose", &numbers).map_err(PyErr::from)?;
+                Frame::translation([*x, *y, *z])
+            }
+            _ => read_frame("pose", pose)?,
         };
         let mut twist = [0.0; 6];
         if let Some(velocity) = velocity {

@@ -10,7 +10,7 @@ use super::array::{elements, ok, output, read_rows, read_vector};
 use super::frames::{matrix, read_frame};
 use super::robot::PyRobot;
 use crate::collision::{Body, Mount, Shape, bodies_from_urdf_file, capsules_along_links, self_pairs};
-use crate::error::Error;
+use crate::error::{Error, check_positive};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::Vec3;
@@ -43,6 +43,7 @@ impl PyShape {
     ///     Radius, and length of the axis between the centres of the ends [m].
     #[staticmethod]
     fn capsule(radius: f64, length: f64) -> PyResult<Self> {
+        let length = ok(check_positive("length", length))?;
         Ok(Self { shape: ok(Shape::capsule(0.5 * length, radius))? })
     }
 
@@ -56,6 +57,9 @@ impl PyShape {
     fn cuboid(size: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mut lengths = [0.0; 3];
         read_vector("size", size, 3, &mut lengths)?;
+        for length in lengths {
+            ok(check_positive("size", length))?;
+        }
         Ok(Self { shape: ok(Shape::cuboid(lengths.map(|x| 0.5 * x)))? })
     }
 

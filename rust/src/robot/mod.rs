@@ -41,6 +41,11 @@ pub struct Robot {
 }
 
 impl Robot {
+    /// Whether another robot has the same base, joints and links, whatever its tool and limits.
+    pub fn is_same_chain(&self, other: &Self) -> bool {
+        self.joints == other.joints && self.base == other.base && self.links == other.links
+    }
+
     /// From the fixed transforms ahead of each joint (the joint then moves about or along z) and the one after the last joint.
     pub fn new(name: &str, joints: &[Joint], links: &[Frame], flange: Frame) -> Result<Self> {
         let n = joints.len();

@@ -1,7 +1,7 @@
 //! A tick among obstacles: no pair comes nearer than its security distance within it.
 
-use super::solver::{MAX_OWN_ROWS, MAX_ROWS, Outcome, QuadraticMemory, QuadraticSolver, Tick};
-use crate::collision::{Damping, Proximity, Scene};
+use super::solver::{MAX_OWN_ROWS, MAX_ROWS, Outcome, QuadraticMemory, QuadraticSolver, QuadraticStatus, Tick};
+use crate::collision::{Damping, Distances, Proximity};
 use crate::error::Result;
 use crate::linalg::MAX_JOINTS;
 use crate::optimize::qp::Row;
@@ -14,9 +14,9 @@ const TIGHTENINGS: usize = 3;
 const MARGIN: f64 = 1e-6;
 
 /// Obstacles, and the law that keeps them away.
-pub struct Guard<'a> {
+pub struct Guard<'a, D: Distances> {
     /// The robot's bodies and the obstacles.
-    pub scene: &'a mut Scene,
+    pub scene: &'a mut D,
     /// How fast distances may fall.
     pub damping: Damping,
     /// The pairs that were near in the last tick.
@@ -25,9 +25,9 @@ pub struct Guard<'a> {
     pub count: usize,
 }
 
-impl<'a> Guard<'a> {
+impl<'a, D: Distances> Guard<'a, D> {
     /// Nothing seen yet.
-    pub fn new(scene: &'a mut Scene, damping: Damping) -> Self {
+    pub fn new(scene: &'a mut D, damping: Damping) -> Self {
         Self { scene, damping, near: [Proximity::NONE; MAX_NEAR], count: 0 }
     }
 
@@ -53,7 +53,7 @@ impl<'a> Guard<'a> {
         loop {
             let outcome = solver.step(&Tick { rows: &rows[..own + self.count], ..*tick }, memory, rates);
             let tightened = self.tighten(tick.q, rates, solver.settings().dt, &mut rows[own..own + self.count])?;
-            if !tightened || left == 0 {
+            if !tightened || left == 0 || outcome.status == QuadraticStatus::Infeasible {
                 return Ok(outcome);
             }
             left -= 1;

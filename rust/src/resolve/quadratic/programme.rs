@@ -9,7 +9,7 @@ const WIDE: usize = MAX_JOINTS + 1;
 /// What the rates count beside the violation there.
 const RATES_COUNT: f64 = 1e-8;
 /// By how much rows are opened beyond the least violation, relative and absolute.
-const OPENING: (f64, f64) = (1e-4, 1e-8);
+const OPENING: (f64, f64) = (1e-10, 1e-9);
 
 /// `x'Hx/2 + g'x`.
 #[derive(Debug, Clone, Copy)]

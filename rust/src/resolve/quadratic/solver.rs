@@ -20,6 +20,8 @@ pub const MAX_ROWS: usize = 64;
 pub const MAX_OWN_ROWS: usize = 32;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
+/// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
+const STIFFEST: f64 = 1e7;
 /// A row fails when it does by more than this, relative to what it is made of.
 const FAILS: f64 = 1e-9;
 /// Rates this near to a bound, relative, are at it.
@@ -70,7 +72,7 @@ pub enum QuadraticStatus {
     Relaxed,
     /// The task gives way to limits of joints.
     Limited,
-    /// Rows exclude each other or the limits: all of them give way by as little as can be.
+    /// Rows exclude each other or the limits: all of them give way by as little as can be, and the largest deviation does not count.
     Infeasible,
     /// The printed form is not convex: the index is left out.
     NotConvex,
@@ -98,6 +100,8 @@ pub struct Outcome {
     pub deviation: Row6,
     /// Rows that fail, one bit a row.
     pub failed: u64,
+    /// Whether the largest deviation is exceeded, by little.
+    pub beyond_deviation: bool,
     /// Whether the index could be evaluated, with numbers that the programme can hold.
     pub conditioned: bool,
     /// Constraints that the programme added or dropped.
@@ -224,7 +228,7 @@ impl QuadraticSolver {
         let (lower, upper) = self.bounds::<C>(tick.q, memory.rates.as_ref());
         let mut buffer = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_ROWS];
         let (hard, all) = self.gather(tick, &task, &mut buffer);
-        let answer = answer(&[form, plain], &Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] }, hard, n, memory);
+        let answer = answer(&[form, plain], &Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] }, hard, &task, n, memory);
         for i in 0..n {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(lower[i], upper[i]);
@@ -244,6 +248,7 @@ impl QuadraticSolver {
             },
             deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
             failed: failed(&buffer[..hard], rates),
+            beyond_deviation: answer.beyond_deviation,
             // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
             conditioned: conditioned && (printed || answer.without_index.is_none()),
             changes: answer.changes,
@@ -296,6 +301,7 @@ impl QuadraticSolver {
 struct Answer<const C: usize> {
     x: [f64; C],
     infeasible: bool,
+    beyond_deviation: bool,
     without_index: Option<Status>,
     changes: usize,
 }
@@ -305,6 +311,7 @@ fn answer<const C: usize>(
     forms: &[programme::Form<C>; 2],
     at: &Constraints<'_, C>,
     hard: usize,
+    task: &TaskRows<C>,
     n: usize,
     memory: &mut QuadraticMemory,
 ) -> Answer<C> {
@@ -315,9 +322,13 @@ fn answer<const C: usize>(
         form = plain;
         found = solve(&form, at, n, &ActiveSet::default());
     }
+    let mut beyond_deviation = false;
     let own = Constraints { rows: &at.rows[..hard], ..*at };
     if found.status != Status::Solved && at.rows.len() > hard {
+        // The largest deviation is out of reach: what counts now is to exceed it by little.
+        form.add_deviation(STIFFEST, &task.rows, &task.wanted, task.dimension);
         found = solve(&form, &own, n, &ActiveSet::default());
+        beyond_deviation = found.status == Status::Solved;
     }
     let infeasible = found.status != Status::Solved;
     if infeasible {
@@ -325,7 +336,7 @@ fn answer<const C: usize>(
     } else {
         memory.keep(&found.active);
     }
-    Answer { x: found.x, infeasible, without_index, changes: found.changes }
+    Answer { x: found.x, infeasible, beyond_deviation, without_index, changes: found.changes }
 }
 
 fn near(x: f64, bound: f64) -> bool {
