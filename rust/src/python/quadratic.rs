@@ -15,6 +15,7 @@ use super::task::PyTask;
 use crate::collision::{Damping, Distances, Found, Proximity};
 use crate::error::{Error, check_positive};
 use crate::kinematics::forward;
+use crate::linalg::frame::Frame;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::optimize::qp::Row;
 use crate::resolve::{
@@ -146,6 +147,10 @@ fn step<const C: usize>(this: &PyQuadraticProgram, asked: &Asked<'_>, state: &mu
         }
     };
     Ok(())
+}
+
+fn tool<const C: usize>(solver: &QuadraticSolver, q: &[f64]) -> Frame {
+    forward::<C>(solver.robot(), q)
 }
 
 fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q: &[f64]) -> Solution {
@@ -359,7 +364,8 @@ impl PyQuadraticProgram {
     fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let target = solution::target(self.solver.task(), target)?;
         let q = self.posture("q", q)?;
-        let tool = forward::<MAX_JOINTS>(self.solver.robot(), &q[..self.solver.robot().n()]);
+        let n = self.solver.robot().n();
+        let tool = with_capacity!(n, tool(&self.solver, &q[..n]));
         let ([a, b, c], [x, y, z]) = self.solver.task().error(&tool, &target);
         let dt = self.solver.settings().dt;
         Ok(vector(py, &[a, b, c, x, y, z].map(|error| error / dt)))
