@@ -1,6 +1,6 @@
-"""Twist decomposition in a loop of its own at 1 kHz: prints what its ticks take.
+"""Twist decomposition, or a quadratic programme, in a loop of its own at 1 kHz: prints what its ticks take.
 
-python examples/control_loop.py [seconds]
+python examples/control_loop.py [seconds] [decomposition|programme]
 
 The torch of a FANUC M-710iC/50 goes round a circle; its spin, which the seam leaves free, keeps the arm well
 conditioned and away from its limits. One call a tick, no allocation; the loop sleeps until shortly before each tick and
@@ -26,12 +26,16 @@ WAIT = 4000
 """About what a step takes [ns]."""
 
 
-def main(seconds: float) -> None:
+def main(seconds: float, method: str) -> None:
     """Run the loop."""
     robot = rd.robots.get("fanuc_m710ic50_milling")
     objective = rd.ConditionNumber(0.4855933, squared=True) + 0.1 * rd.LimitBarrier()
     task = rd.Task.axisymmetric()
-    step = rd.TwistDecomposition(robot, task, objective, gain=2.0, dt=DT)
+    step: rd.TwistDecomposition | rd.QuadraticProgram
+    if method == "programme":
+        step = rd.QuadraticProgram(robot, task, objective, weight=1000.0, stiffness=1e6, dt=DT)
+    else:
+        step = rd.TwistDecomposition(robot, task, objective, gain=2.0, dt=DT)
     centre, axis = np.array([1.3, 0.0, 0.2]), np.array([0.0, 1.0, 0.0])
     target = np.concatenate([centre, axis])
     target[0] += RADIUS
@@ -63,7 +67,8 @@ def main(seconds: float) -> None:
             pass
         waited[tick] = time.perf_counter_ns() - before
 
-        statuses[step.step_status] = statuses.get(step.step_status, 0) + 1
+        status = step.status if isinstance(step, rd.QuadraticProgram) else step.step_status
+        statuses[status] = statuses.get(status, 0) + 1
         if tick > 1000:
             worst_error = max(worst_error, float(np.linalg.norm(wanted - pose[:3, 3])))
         q += DT * rates
@@ -85,4 +90,4 @@ def main(seconds: float) -> None:
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0)
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 60.0, sys.argv[2] if len(sys.argv) > 2 else "decomposition")
