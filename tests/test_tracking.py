@@ -65,7 +65,7 @@ def test_points_in_between_are_those_of_slerp(turn: float) -> None:
     assert path.rotation is not None
     program = rd.QuadraticProgram(FREE, rd.Task.full(), dt=0.015)
     targets = _ticks(program, path, 0.0)
-    times = np.minimum(0.015 * np.arange(1, len(targets) + 1), 0.8)
+    times = np.minimum(0.015 * np.arange(len(targets)), 0.8)
     assert times[-1] == 0.8
     slerp = Slerp(path.time, Rotation.from_matrix(path.rotation))(times).as_matrix()
     np.testing.assert_allclose(targets[:, 3:].reshape(-1, 3, 3), slerp, rtol=0, atol=1e-12)
@@ -78,7 +78,7 @@ def test_axes_in_between_turn_evenly() -> None:
     axis = np.array([[0.0, 0.0, 1.0], [0.0, np.sin(angle), np.cos(angle)], [0.0, np.sin(angle), np.cos(angle)]])
     path = rd.Toolpath(np.tile([0.5, 0.0, 0.4], (3, 1)), axis, time=[0.0, 1.0, 2.0])
     targets = _ticks(rd.QuadraticProgram(FREE, rd.Task.axisymmetric(), dt=0.1), path, 0.0)
-    at = np.minimum(0.1 * np.arange(1, 21), 1.0) * angle
+    at = np.minimum(0.1 * np.arange(21), 1.0) * angle
     np.testing.assert_allclose(targets[:, 3:], np.c_[0.0 * at, np.sin(at), np.cos(at)], rtol=0, atol=1e-14)
 
 

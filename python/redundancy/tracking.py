@@ -176,7 +176,7 @@ def track(
     """
     robot, dt, scene, objective = program.robot, program.dt, program.scene, program.objective
     targets = _ticks(program, path, hold)
-    count = len(targets)
+    count = len(targets) - 1
     weights, share = _weights(program, stiffness, count), _share(program, gain)
     q, rates, deviation = np.empty((count + 1, robot.n)), np.empty((count, robot.n)), np.empty((count, 6))
     q[0] = checked("q0", q0, (robot.n,))
@@ -190,7 +190,7 @@ def track(
                 distance[k] = scene.distance(q[k])
             if k == count:
                 break
-            here, there = (program.twist_to(q[k], targets[i]) for i in (max(k - 1, 0), k))
+            here, there = (program.twist_to(q[k], target) for target in targets[k : k + 2])
             program.step(q[k], there - (1.0 - share) * here, rates[k], stiffness=weights[k])
             deviation[k] = program.deviation
             status.append(program.status)
@@ -220,16 +220,15 @@ def _share(program: QuadraticProgram, gain: float | None) -> float:
 
 
 def _errors(program: QuadraticProgram, targets: F64, q: F64) -> tuple[F64, F64]:
-    """Return the distances and the angles to the target of the tick before; of the start to the first."""
-    wanted = targets[[0, *range(len(targets))]]
-    missing = np.array([program.twist_to(row, target) for row, target in zip(q, wanted, strict=True)])
+    """Return the distances and the angles to the targets."""
+    missing = np.array([program.twist_to(row, target) for row, target in zip(q, targets, strict=True)])
     position: F64 = program.dt * np.linalg.norm(missing[:, 3:], axis=1)
     angle: F64 = program.dt * np.linalg.norm(missing[:, :3], axis=1)
     return position, angle
 
 
 def _ticks(program: QuadraticProgram, path: Toolpath, hold: float) -> F64:
-    """Return the target of every tick; the first is where the tool should be at its end."""
+    """Return where the tool should be at the start and at the end of every tick."""
     if not 0.0 <= hold < np.inf:
         raise InvalidValueError(f"hold is {hold}, expected a finite time of at least 0 [s]")
     still = round(hold / program.dt)
@@ -241,8 +240,8 @@ def _ticks(program: QuadraticProgram, path: Toolpath, hold: float) -> F64:
     if count > _MOST_TICKS:
         raise InvalidValueError(f"path takes {count} ticks of {program.dt} s, expected at most {_MOST_TICKS}")
     if path.time is None:
-        return path.targets(program.task)[np.minimum(np.arange(count), len(path) - 1)]
-    times = np.minimum(path.time[0] + program.dt * np.arange(1, count + 1), path.time[-1])
+        return path.targets(program.task)[np.clip(np.arange(-1, count), 0, len(path) - 1)]
+    times = np.minimum(path.time[0] + program.dt * np.arange(count + 1), path.time[-1])
     return _at(path, times).targets(program.task)
 
 
