@@ -13,12 +13,12 @@ from pathlib import Path
 import dufour_cases as duf
 import numpy as np
 import redundancy as rd
-from dufour_figures import (
+from dufour_figures import PRINTED_ALPHA, draw
+from dufour_runs import (
     BALL_ALPHA,
     EQUALITY,
     INDEX,
     NAMES,
-    PRINTED_ALPHA,
     STEADY,
     Derivatives,
     Form,
@@ -27,7 +27,6 @@ from dufour_figures import (
     bfgs,
     compared,
     differences,
-    draw,
     enough,
     follow,
     indefinite,

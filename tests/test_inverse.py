@@ -65,7 +65,7 @@ def test_random_arms(kind: str, place: int) -> None:
 @pytest.mark.parametrize("name", ["abb_irb120", "puma500", "ur5e"])
 def test_none_is_missing_in_the_library(name: str) -> None:
     robot, rng = rd.robots.get(name), np.random.default_rng(2)
-    _compare_with_search(robot, robot.fk(angles(rng, 20, 6)), rng, 300)
+    assert _missing(robot, robot.fk(angles(rng, 20, 6)), rng, 300) == []
 
 
 @pytest.mark.parametrize(("kind", "place"), [(kind, place) for kind in PLACES for place in range(PLACES[kind])])
@@ -73,20 +73,22 @@ def test_none_is_missing_of_random_arms(kind: str, place: int) -> None:
     rng = np.random.default_rng(10 + place)
     for _ in range(3):
         robot = random_arm(rng, kind, place).robot()
-        _compare_with_search(robot, robot.fk(angles(rng, 5, 6)), rng, 150)
+        assert _missing(robot, robot.fk(angles(rng, 5, 6)), rng, 150) == []
 
 
-def _compare_with_search(robot: rd.Robot, poses: F64, rng: np.random.Generator, starts: int) -> None:
+def _missing(robot: rd.Robot, poses: F64, rng: np.random.Generator, starts: int) -> list[F64]:
+    """Postures that a search from random starts finds and `Robot.inverse` does not."""
+    missing: list[F64] = []
     searched, ours = 0, 0
     for pose, found in zip(poses, search(robot, poses, angles(rng, len(poses), starts, 6)), strict=True):
         solutions, _, complete = robot.inverse(pose, report=True)
         assert complete
-        for q in found:
-            assert distance(solutions, q).min(initial=np.inf) < 1e-7
+        missing += [q for q in found if not distance(solutions, q).min(initial=np.inf) < 1e-7]
         ours += int((smallest_singular_value(robot, solutions) > REGULAR).sum())
         searched += len(found)
     # The search is no oracle unless it finds nearly all there is.
     assert searched > 0.9 * ours
+    return missing
 
 
 def test_sixteen_solutions() -> None:

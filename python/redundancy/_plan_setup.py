@@ -14,7 +14,7 @@ from .toolpath import Toolpath
 ON_PATH: Final = 1e-9
 """Error of a point that counts as on the path [rad, m]."""
 
-_GENTLE: Final = {"minimax": 1e-7, "integral": 1e-5, "motion": 1.0}
+_GENTLE: Final = {"minimax": 1e-7, "integral": 1e-5}
 """Weight of the integral of the squared joint speed where none is given, relative to the value."""
 
 Points = NDArray[np.intp]
