@@ -1,7 +1,7 @@
 """The programme in a loop around an arm that MuJoCo simulates: `examples/mujoco_loop.py`, both robots, both paths."""
 
-import importlib.util
-import sys
+import importlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +11,16 @@ import redundancy as rd
 
 mujoco = pytest.importorskip("mujoco")
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "mujoco_loop.py"
+EXAMPLES = Path(__file__).parents[1] / "examples"
 RUNS = [("panda", "line"), ("baxter_left", "taught")]
 
 
 @pytest.fixture(scope="module")
-def loop() -> Any:
-    """Return the example as a module."""
-    spec = importlib.util.spec_from_file_location("mujoco_loop", EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["mujoco_loop"] = module
-    spec.loader.exec_module(module)
-    return module
+def loop() -> Iterator[Any]:
+    """Return the example as a module, which finds the other files of its folder as it does when it is run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        yield importlib.import_module("mujoco_loop")
 
 
 @pytest.fixture(scope="module", params=RUNS, ids=["-".join(run) for run in RUNS])

@@ -1,4 +1,4 @@
-"""Plans of whole paths: the reference of the thesis' helix, what no plan may do, and paths that cannot be followed."""
+"""Plans of whole paths: the reference of the thesis' helix, and what every plan has to keep."""
 
 import json
 from pathlib import Path
@@ -8,50 +8,10 @@ import pytest
 import redundancy as rd
 
 from tests.reference.chain import F64
+from tests.reference.pages import load
+from tests.reference.plans import KAPPA, ROBOT, check, circle, helix, line, speed_share
 
-ROBOT = rd.robots.get("fanuc_m710ic50_milling")
-KAPPA = rd.ConditionNumber(0.4855933)
 REFERENCE = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text())["helix"]
-
-
-def helix(points: int = 101) -> rd.Toolpath:
-    return rd.Toolpath.helix(
-        0.25, 0.15915494309189535, 0.0, np.pi / 2, offset=np.pi, center=(1.3, 1.0, 0.0), points=points
-    )
-
-
-def circle(
-    centre: tuple[float, float, float], radius: float, points: int, tilt: float = 0.4, duration: float | None = None
-) -> rd.Toolpath:
-    """A closed circle, the tool leaning outwards."""
-    s = np.linspace(0.0, 2.0 * np.pi, points)
-    s[-1] = 0.0
-    around = np.stack([np.cos(s), np.sin(s), np.zeros(points)], axis=1)
-    axis = np.stack([-np.sin(tilt) * np.cos(s), -np.sin(tilt) * np.sin(s), np.full(points, -np.cos(tilt))], axis=1)
-    time = None if duration is None else np.linspace(0.0, duration, points)
-    return rd.Toolpath(np.array(centre) + radius * around, axis, time=time)
-
-
-def line(start: tuple[float, float, float], stop: tuple[float, float, float], points: int) -> rd.Toolpath:
-    return rd.Toolpath(np.linspace(start, stop, points), np.tile([0.0, 0.0, -1.0], (points, 1)))
-
-
-def check(plan: rd.Plan, limits: bool = True) -> None:
-    """What holds for every point that a plan says it reaches."""
-    good = np.array([status != "unreachable" for status in plan.status])
-    tools = plan.robot.fk(plan.q)[good]
-    assert np.abs(tools[:, :3, 3] - plan.path.position[good]).max() < 1e-9
-    if plan.path.rotation is None:
-        assert np.abs(tools[:, :3, 2] - plan.path.axis[good]).max() < 1e-9
-    if limits:
-        assert (plan.q >= plan.robot.q_min - 1e-12).all()
-        assert (plan.q <= plan.robot.q_max + 1e-12).all()
-
-
-def speed_share(plan: rd.Plan) -> F64:
-    assert plan.time is not None
-    share: F64 = np.abs(np.diff(plan.q, axis=0)) / np.diff(plan.time)[:, None] / plan.robot.qd_max
-    return share
 
 
 def test_helix_of_the_thesis() -> None:
@@ -139,9 +99,15 @@ def test_closed_paths_close(criterion: str) -> None:
     assert np.abs(steps[0] - steps[-1]).max() < 3.0 * np.abs(np.diff(steps, axis=0)).max()
 
 
-def test_closed_needs_a_closed_path() -> None:
-    with pytest.raises(rd.InvalidValueError, match="closed is True"):
-        rd.plan(ROBOT, helix(), objective=KAPPA, closed=True)
+def test_a_closed_path_that_winds_keeps_its_limits_where_it_ends() -> None:
+    # The last point is the first, a whole turn of the fifth joint or the fourth away.
+    case = load("plan_cases").case("star", "abb_irb2400")
+    objective = rd.ConditionNumber(case.length)
+    plan = rd.plan(case.robot, case.path, objective=objective, criterion="integral", closed=True, effort=1)
+    check(plan)
+    turns = (plan.q[-1] - plan.q[0]) / (2.0 * np.pi)
+    np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+    assert np.abs(np.round(turns)).max() == 1.0
 
 
 def test_speed_limits_bind_and_hold() -> None:
@@ -152,69 +118,6 @@ def test_speed_limits_bind_and_hold() -> None:
     assert speed_share(free).max() * 10.0 / 0.6 > 1.2  # what it would take as it is
     assert 0.99 < speed_share(tight).max() <= 1.0
     assert tight.value.max() >= free.value.max() - 1e-9
-
-
-def test_impossible_speed_names_joint_and_point() -> None:
-    path = circle((1.2, 0.2, 0.3), 0.25, 121, duration=0.2)
-    plan = rd.plan(ROBOT, path, objective=KAPPA)
-    assert plan.failure is not None
-    assert plan.failure.cause == "speed limit"
-    assert plan.failure.joint is not None
-    assert plan.failure.excess > 1.0
-    share = speed_share(plan)
-    assert share[plan.failure.point - 1, plan.failure.joint] == pytest.approx(plan.failure.excess, rel=1e-6)
-    assert f"joint {plan.failure.joint + 1}" in str(plan.failure)
-
-
-def reachable(robot: rd.Robot, path: rd.Toolpath, point: int) -> bool:
-    """Whether a point can be reached within the limits at any of 720 spins."""
-    z = path.axis[point]
-    x = np.cross(z, [0.3, 0.5, 0.7])
-    x /= np.linalg.norm(x)
-    for spin in np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False):
-        pose = np.eye(4)
-        turned = np.cos(spin) * x + np.sin(spin) * np.cross(z, x)
-        pose[:3, :3] = np.stack([turned, np.cross(z, turned), z], axis=1)
-        pose[:3, 3] = path.position[point]
-        if len(robot.inverse(pose, limits=True)):
-            return True
-    return False
-
-
-def test_unreachable_stretch_names_its_first_point() -> None:
-    s = np.linspace(0.0, 1.0, 201)
-    position = np.stack([1.0 + 1.8 * np.sin(np.pi * s), -0.3 + 0.6 * s, np.full(201, 0.3)], axis=1)
-    path = rd.Toolpath(position, np.tile([0.0, 0.0, -1.0], (201, 1)))
-    plan = rd.plan(ROBOT, path, objective=KAPPA)
-    check(plan)
-    bad = plan.unreachable
-    assert plan.failure is not None
-    assert plan.failure.point == bad[0]
-    assert plan.failure.cause in ("unreachable", "joint limit")
-    assert bad == list(range(bad[0], bad[-1] + 1))
-    for point, expected in ((bad[0] - 1, True), (bad[0], False), (bad[-1], False), (bad[-1] + 1, True)):
-        assert reachable(ROBOT, path, point) is expected
-    # What is reached is planned: values everywhere but there.
-    assert np.isnan(plan.value[bad]).all()
-    assert np.isfinite(np.delete(plan.value, bad)).all()
-
-
-def test_wholly_unreachable() -> None:
-    plan = rd.plan(ROBOT, line((9.0, 0.0, 0.3), (9.0, 1.0, 0.3), 20), objective=KAPPA)
-    assert plan.failure is not None
-    assert (plan.failure.point, plan.failure.cause) == (0, "unreachable")
-    assert len(plan.unreachable) == 20
-    assert np.isfinite(plan.q).all()
-
-
-def test_joint_limit_in_the_way() -> None:
-    narrow = ROBOT.with_limits(q_min=np.r_[-0.1, ROBOT.q_min[1:]], q_max=np.r_[0.1, ROBOT.q_max[1:]])
-    plan = rd.plan(narrow, circle((1.2, 0.2, 0.3), 0.25, 61), objective=KAPPA)
-    assert plan.failure is not None
-    assert plan.failure.cause == "joint limit"
-    assert plan.failure.joint is not None
-    assert plan.failure.excess > 0.0
-    assert not reachable(narrow, plan.path, plan.failure.point)
 
 
 def test_spin_range_holds() -> None:
@@ -362,33 +265,6 @@ def test_a_turntable_turns_the_part() -> None:
     plan = rd.plan(robot, circle((0.0, 0.0, 0.0), 0.25, 61), objective=KAPPA, n_angles=24, n_spare=12, layers=24)
     check(plan)
     assert plan.failure is None
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"criterion": "best"}, "criterion is 'best'"),
-        ({"objective": None}, "objective is None"),
-        ({"layers": 0}, "layers is 0"),
-        ({"n_angles": 0}, "n_angles is 0"),
-        ({"n_spare": 0}, "n_spare is 0"),
-        ({"max_iterations": 0}, "max_iterations is 0"),
-        ({"smoothness": -1.0}, "smoothness is -1.0"),
-        ({"smoothness": np.nan}, "smoothness is nan"),
-        ({"max_spin_step": 0.0}, "max_spin_step is 0.0"),
-        ({"max_step": 0.0}, "max_step is 0.0"),
-        ({"spin_range": (1.0, 0.0)}, "spin_range is"),
-        ({"spare": (2,)}, "spare is"),
-        ({"task": rd.Task.position()}, "kind 'position'"),
-        ({"task": rd.Task.full()}, "no rotations"),
-        ({"robot": rd.robots.get("planar_3r")}, "at least six revolute"),
-        ({"robot": rd.robots.get("stanford_arm")}, "at least six revolute"),
-    ],
-)
-def test_bad_input(arguments: dict[str, object], message: str) -> None:
-    good: dict[str, object] = {"robot": ROBOT, "path": helix(5), "objective": KAPPA}
-    with pytest.raises(rd.InvalidValueError, match=message):
-        rd.plan(**(good | arguments))  # type: ignore[arg-type]
 
 
 def test_an_objective_in_python() -> None:
