@@ -16,28 +16,18 @@ import gc
 import sys
 import time
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import redundancy as rd
-from numpy.typing import NDArray
+from mujoco_pictures import animate, draw
+from mujoco_plant import BALL, CELLS, DT, F64, SECURITY, SUBSTEPS, Cell, Plant, Run, mjcf, mujoco
 
-try:
-    import mujoco
-except ImportError:
-    sys.exit("this example needs MuJoCo: pip install redundancy[sim] (or pip install mujoco)")
-
-F64 = NDArray[np.float64]
-
-DT, SUBSTEPS = 1e-3, 10
-"""Tick of the controller [s], and steps of the simulation in it."""
 SECONDS = 12.0
 """Length of a run [s]; a longer one is a slower one."""
 
-SECURITY = 0.020
-"""No distance may fall short of this [m], at any step of the simulation."""
 CONTROLLED = 0.025
 """The security distance that the controller is given [m]: servos lag behind, and act a tick after the ball is seen."""
 INFLUENCE, DAMPING = 0.15, 0.6
@@ -52,171 +42,10 @@ FASTEST = (1.0, 0.25)
 STIFFNESS, PULL = 1e6, 0.02
 """Weights of deviations from the path and of the middle of the joints' ranges, beside 1 for the rates."""
 
-BALL = 0.08
-"""Radius of the ball [m]."""
 DEPTH = 0.05
 """How deep the ball would go into the forearm if the arm did not give way [m]."""
-
-SERVO, ARMATURE, FRICTION = 150.0, 0.1, 0.5
-"""Natural frequency of the servos [rad/s], inertia of the rotors [kg m2], viscous friction [N m s/rad]."""
 LEAD = 0.01
 """What is sent to the servos is ahead of what is measured by this at most [rad]: they may be at their torque."""
-DENSITY = 1000.0
-"""Of the capsules [kg/m3]; with it the Panda has about its 18 kg."""
-
-
-@dataclass(frozen=True)
-class Cell:
-    """What is particular to a robot."""
-
-    q0: tuple[float, ...]
-    """Start [rad]."""
-    line: tuple[float, float, float]
-    """The straight line, from the hand at the start [m]."""
-    taught: tuple[tuple[float, ...], ...]
-    """Postures after the start that were recorded while the arm was led by hand [rad]."""
-    forearm: str
-    """The body that the ball comes at."""
-    side: float
-    """From which side of the arm it comes."""
-    torque: tuple[float, ...]
-    """Largest torque of the drives [N m]."""
-    acceleration: tuple[float, ...] | None
-    """Largest acceleration [rad/s2] where the robot's file has none."""
-    floor: float
-    """Height of the floor in the base frame [m]."""
-    camera: tuple[float, float, float, float, float, float]
-    """What the camera looks at (3) [m], its distance [m], azimuth and elevation [deg]."""
-    radius: float = 0.06
-    """Radius of the capsules [m]."""
-
-
-CELLS: Final = {
-    # Torques: Franka Control Interface documentation, Robot and interface specifications.
-    "panda": Cell(
-        q0=(-0.45, -0.25, 0.0, -2.15, 0.0, 1.9, 0.35),
-        line=(0.05, 0.50, 0.05),
-        taught=(
-            (-0.30, -0.20, 0.05, -2.25, 0.05, 2.0, 0.45),
-            (0.00, 0.00, 0.05, -2.10, 0.15, 2.05, 0.70),
-            (0.30, 0.10, 0.0, -1.90, 0.25, 2.05, 0.95),
-            (0.55, 0.00, 0.05, -2.05, 0.15, 2.1, 1.15),
-        ),
-        forearm="link 3",
-        side=1.0,
-        torque=(87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0),
-        acceleration=None,
-        floor=0.0,
-        camera=(0.25, 0.05, 0.40, 1.65, 205.0, -30.0),
-    ),
-    # Torques: Rethink Robotics, Baxter Hardware Specifications, which give no accelerations: these are chosen.
-    "baxter_left": Cell(
-        q0=(-0.5, -0.45, 0.0, 1.15, 0.0, 0.85, 0.0),
-        line=(0.05, 0.50, 0.05),
-        taught=(
-            (-0.30, -0.25, 0.05, 0.95, 0.05, 0.90, 0.10),
-            (-0.05, -0.15, 0.10, 0.80, 0.05, 0.95, 0.15),
-            (0.20, -0.30, 0.10, 0.95, 0.0, 0.95, 0.10),
-            (0.40, -0.50, 0.05, 1.20, 0.0, 0.90, 0.05),
-        ),
-        forearm="link 4",
-        side=1.0,
-        torque=(50.0, 50.0, 50.0, 50.0, 15.0, 15.0, 15.0),
-        acceleration=(8.0, 8.0, 8.0, 8.0, 15.0, 15.0, 15.0),
-        floor=-0.6,
-        camera=(0.45, 0.05, 0.10, 1.9, 205.0, -30.0),
-    ),
-}
-
-
-def mjcf(robot: rd.Robot, bodies: list[rd.Body], torque: tuple[float, ...], floor: float, dots: F64) -> str:
-    """Return a model of an arm: its joints, limits and capsules, a servo a joint, a ball, and dots along a path.
-
-    Nothing in it collides: what keeps the arm away from the ball is the controller alone.
-    """
-
-    def place(frame: F64) -> str:
-        numbers = [" ".join(f"{x:.17g}" for x in part) for part in (frame[:3, 3], np.r_[frame[:3, 0], frame[:3, 1]])]
-        return f'pos="{numbers[0]}" xyaxes="{numbers[1]}"'
-
-    def geoms(link: int | str, frame: F64, color: str) -> str:
-        return "".join(
-            f'<geom type="capsule" size="{body.shape.radius} {0.5 * body.shape.size[2]}" {place(frame @ body.pose)} '
-            f'rgba="{color}"/>'
-            for body in bodies
-            if body.link == link and body.shape.size is not None
-        )
-
-    chain, closing = "", ""
-    for k, (link, kind) in enumerate(zip(robot.links, robot.joints, strict=True)):
-        # The round ends at a joint coincide: a ball larger by a hair hides that. It is all of a link without a capsule.
-        own = geoms(k, np.eye(4), "0.72 0.76 0.82 1")
-        own += f'<geom type="sphere" size="{1.03 * bodies[0].shape.radius}" rgba="0.36 0.48 0.62 1"/>'
-        if k == robot.n - 1:
-            own += geoms("tool", robot.flange @ robot.tool, "0.72 0.76 0.82 1")
-            own += f'<site name="hand" size="0.012" rgba="0.1 0.1 0.1 1" {place(robot.flange @ robot.tool)}/>'
-        chain += f"""<body name="link {k}" gravcomp="1" {place(robot.base @ link if k == 0 else link)}>
-          <joint name="q{k}" type="{"hinge" if kind == "R" else "slide"}" axis="0 0 1" limited="true"
-                 range="{robot.q_min[k]} {robot.q_max[k]}" armature="{ARMATURE}" damping="{FRICTION}"
-                 actuatorfrcrange="{-torque[k]} {torque[k]}"/>{own}"""
-        closing += "</body>"
-    joints = range(robot.n)
-    marks = "".join(f'<site size="0.009" pos="{x:.6f} {y:.6f} {z:.6f}" rgba="0 0.62 0.45 1"/>' for x, y, z in dots)
-    return f"""<mujoco model="{robot.name}">
-      <compiler angle="radian" autolimits="true"/>
-      <option timestep="{DT / SUBSTEPS}" integrator="implicitfast"/>
-      <visual>
-        <global offwidth="1280" offheight="960"/><quality shadowsize="4096"/>
-        <headlight ambient="0.45 0.45 0.45" diffuse="0.35 0.35 0.35" specular="0.1 0.1 0.1"/>
-      </visual>
-      <asset>
-        <texture type="skybox" builtin="flat" rgb1="1 1 1" rgb2="1 1 1" width="32" height="192"/>
-        <texture name="tiles" type="2d" builtin="checker" rgb1="0.93 0.93 0.93" rgb2="0.86 0.86 0.86"
-                 width="200" height="200"/>
-        <material name="floor" texture="tiles" texrepeat="8 8"/>
-      </asset>
-      <default><geom contype="0" conaffinity="0" density="{DENSITY}"/></default>
-      <worldbody>
-        <light pos="0.5 -1 2.5" dir="-0.1 0.4 -1" directional="true" diffuse="0.45 0.45 0.45"/>
-        <geom type="plane" size="2 2 0.1" pos="0 0 {floor}" material="floor"/>
-        <geom type="cylinder" size="0.09" fromto="0 0 {floor} 0 0 {floor + 0.02 if floor == 0.0 else 0.0}"
-              rgba="0.3 0.3 0.3 1"/>
-        {geoms("base", robot.base, "0.3 0.3 0.3 1")}{marks}
-        <body name="ball" mocap="true"><geom type="sphere" size="{BALL}" rgba="0.84 0.37 0 1"/></body>
-        {chain}{closing}
-      </worldbody>
-      <actuator>
-        {"".join(f'<position joint="q{k}" kp="1"/>' for k in joints)}
-        {"".join(f'<velocity joint="q{k}" kv="1"/>' for k in joints)}
-      </actuator>
-    </mujoco>"""
-
-
-class Plant:
-    """The simulated arm with its servos: torque = kp (q wanted - q) + kv (rates wanted - rates)."""
-
-    def __init__(self, model: str, q0: F64) -> None:
-        """Start at rest, servos tuned to the inertia that each joint sees there."""
-        self.model = mujoco.MjModel.from_xml_string(model)
-        self.data = mujoco.MjData(self.model)
-        self.n = len(q0)
-        self.data.qpos[:] = q0
-        mujoco.mj_forward(self.model, self.data)
-        inertia, column = np.empty(self.n), np.empty(self.n)
-        for k, unit in enumerate(np.eye(self.n)):
-            mujoco.mj_mulM(self.model, self.data, column, unit)
-            inertia[k] = column[k]
-        kp, kv = SERVO**2 * inertia, 2.0 * SERVO * inertia
-        gain, bias = self.model.actuator_gainprm, self.model.actuator_biasprm
-        gain[: self.n, 0], bias[: self.n, 1] = kp, -kp
-        gain[self.n :, 0], bias[self.n :, 2] = kv, -kv
-
-    def step(self, wanted: F64, rates: F64, ball: F64) -> None:
-        """Advance by one step of the simulation."""
-        self.data.ctrl[: self.n] = wanted
-        self.data.ctrl[self.n :] = rates
-        self.data.mocap_pos[0] = ball
-        mujoco.mj_step(self.model, self.data)
 
 
 def smooth_steps(times: F64, knots: list[tuple[float, F64]]) -> tuple[F64, F64]:
@@ -278,48 +107,31 @@ def hand_path(robot: rd.Robot, cell: Cell, path: str, times: F64, start: float, 
     return rd.Toolpath(position, rotation[:, :, 2], rotation), twist
 
 
-@dataclass
-class Run:
-    """What came of a run, tick by tick and step by step of the simulation."""
+@dataclass(frozen=True)
+class Setup:
+    """A robot, the way of its hand, and what makes it follow."""
 
-    robot: rd.Robot = field(repr=False)
-    name: str
-    path: str
-    toolpath: rd.Toolpath = field(repr=False)
-    time: F64 = field(repr=False)
-    """Of the ticks [s]."""
-    q: F64 = field(repr=False)
-    """True postures, at every step (N * SUBSTEPS + 1, n)."""
-    qd: F64 = field(repr=False)
-    """True rates, at every step."""
-    ball: F64 = field(repr=False)
-    """Where the ball is, at every step."""
-    distance: F64 = field(repr=False)
-    """Smallest distance of the true posture from the ball and of bodies from each other, at every step [m]."""
-    unavoided: F64 = field(repr=False)
-    """The same for an arm that followed the path without looking, at every tick."""
-    rates: F64 = field(repr=False)
-    """What the controller answered (N, n)."""
-    status: list[str] = field(repr=False)
-    took: F64 = field(repr=False)
-    """Time of the controller, and of the processor in it, which does not count other processes (N, 2) [s]."""
-    position_error: F64 = field(repr=False)
-    """At every tick [m]."""
-    angle_error: F64 = field(repr=False)
-    """At every tick [rad]."""
-    tracking: NDArray[np.bool_] = field(repr=False)
-    """Ticks before the ball comes near the goal."""
-    blocked: NDArray[np.bool_] = field(repr=False)
-    """Ticks while it lies on the goal."""
-    nearest: float
-    """The least distance from the goal that a safe pose can have meanwhile [m]."""
-    torque: float
-    """Largest torque over its limit."""
-    model: str = field(repr=False)
+    robot: rd.Robot
+    cell: Cell
+    bodies: list[rd.Body]
+    check: rd.Scene
+    """For the distances of the true posture."""
+    scene: rd.Scene
+    """The one that the programme looks at."""
+    program: rd.QuadraticProgram
+    slower: float
+    """Length of the run over `SECONDS`."""
+    times: F64
+    """Of the ticks, and the end [s]."""
+    toolpath: rd.Toolpath
+    feed: F64
+    """Twist of the hand along the path, at every tick."""
+    unaware: F64
+    """Postures of an arm that follows the path without looking, at every tick and after the last."""
 
 
-def simulate(name: str, path: str, seconds: float = SECONDS) -> Run:
-    """Run the loop."""
+def set_up(name: str, path: str, seconds: float) -> Setup:
+    """Make the programme and its scenes, and lay the path."""
     cell, robot = CELLS[name], rd.robots.get(name)
     if cell.acceleration is not None:
         robot = robot.with_limits(qdd_max=cell.acceleration)
@@ -340,19 +152,22 @@ def simulate(name: str, path: str, seconds: float = SECONDS) -> Run:
     )  # fmt: skip
 
     slower = seconds / SECONDS
-    ticks = round(seconds / DT)
-    times = DT * np.arange(ticks + 1)
+    times = DT * np.arange(round(seconds / DT) + 1)
     toolpath, feed = hand_path(robot, cell, path, times, 0.5 * slower, 8.5 * slower)
-    targets = toolpath.targets(program.task)
-    unaware = rd.track(
-        rd.QuadraticProgram(narrower, rd.Task.full(), objective, **settings), toolpath, q0, progress=False
-    )
+    blind = rd.QuadraticProgram(narrower, rd.Task.full(), objective, **settings)
+    unaware = rd.track(blind, toolpath, q0, progress=False).q
+    return Setup(robot, cell, bodies, check, scene, program, slower, times, toolpath, feed, unaware)
 
-    # The ball: to the forearm, up and away, beyond the goal, onto it, and away again.
-    met = round(3.2 * slower / DT)
-    posture = unaware.q[met]
+
+def ball_path(setup: Setup) -> tuple[F64, F64]:
+    """Return where the ball is at every step of the simulation, and how fast.
+
+    It goes to the forearm, up and away, beyond the goal, onto it, and away again.
+    """
+    robot, cell, toolpath, slower = setup.robot, setup.cell, setup.toolpath, setup.slower
+    posture = setup.unaware[round(3.2 * slower / DT)]
     swivel = np.linalg.svd(robot.jacobian(posture))[2][-1]
-    body = next(body for body in bodies if body.name == cell.forearm)
+    body = next(body for body in setup.bodies if body.name == cell.forearm)
 
     assert body.shape.size is not None
     below_elbow = np.array([0.0, 0.0, -0.2 * body.shape.size[2], 1.0])
@@ -369,32 +184,48 @@ def simulate(name: str, path: str, seconds: float = SECONDS) -> Run:
     off, beyond = near + 0.45 * up + 0.1 * sideways, goal + 0.35 * onward + 0.15 * up
     knots = [(0.2, near + 0.30 * sideways), (3.2, near), (3.4, near), (4.6, off), (5.6, beyond), (7.4, goal),
              (9.3, goal), (10.5, beyond)]  # fmt: skip
-    fine = DT / SUBSTEPS * np.arange(ticks * SUBSTEPS + 1)
-    ball, velocity = smooth_steps(fine, [(slower * at, point) for at, point in knots])
-    from_target = np.linalg.norm(ball[::SUBSTEPS] - toolpath.position, axis=1)
-    tracking = np.cumsum(from_target < BALL + cell.radius + INFLUENCE + 0.03) == 0
-    blocked = (times > 8.7 * slower) & (times <= 9.3 * slower)
+    fine = DT / SUBSTEPS * np.arange((len(setup.times) - 1) * SUBSTEPS + 1)
+    return smooth_steps(fine, [(slower * at, point) for at, point in knots])
 
-    unavoided = np.empty(ticks + 1)
-    for k in range(ticks + 1):
-        check.place("ball", ball[SUBSTEPS * k])
-        unavoided[k] = check.distance(unaware.q[k])
 
-    model = mjcf(robot, bodies, cell.torque, cell.floor, toolpath.position[:: ticks // 60])
-    plant = Plant(model, q0)
-    n = robot.n
-    q, qd, distance = np.empty((len(fine), n)), np.zeros((len(fine), n)), np.empty(len(fine))
-    q[0] = q0
+@dataclass
+class Record:
+    """What the loop writes down; `Run` says what each is."""
+
+    q: F64
+    qd: F64
+    distance: F64
+    rates: F64
+    status: list[str]
+    took: F64
+    errors: F64
+    """Of position [m] and of angle [rad], at every tick (N, 2)."""
+    torque: float
+
+    @classmethod
+    def empty(cls, ticks: int, n: int) -> "Record":
+        """Return one for so many ticks and joints."""
+        steps = ticks * SUBSTEPS + 1
+        return cls(
+            np.empty((steps, n)), np.zeros((steps, n)), np.empty(steps),
+            np.zeros((ticks, n)), [], np.empty((ticks, 2)), np.empty((ticks, 2)), 0.0,
+        )  # fmt: skip
+
+
+def close_loop(setup: Setup, plant: Plant, ball: F64, velocity: F64) -> Record:
+    """Let the programme move the plant, tick by tick."""
+    scene, check, program = setup.scene, setup.check, setup.program
+    ticks, n = len(setup.times) - 1, setup.robot.n
+    targets = setup.toolpath.targets(program.task)
+    record = Record.empty(ticks, n)
+    record.q[0] = setup.cell.q0
     check.place("ball", ball[0])
-    distance[0] = check.distance(q0)
-    rates, took, status = np.zeros((ticks, n)), np.empty((ticks, 2)), []
-    errors = np.empty((ticks, 2))
-    wanted, in_force, moving = q0.copy(), np.zeros(n), np.zeros(6)
-    torque = 0.0
+    record.distance[0] = check.distance(record.q[0])
+    wanted, in_force, moving = np.array(setup.cell.q0), np.zeros(n), np.zeros(6)
     gc.disable()
     for k in range(ticks):
         i = SUBSTEPS * k
-        measured = q[i]
+        measured = record.q[i]
 
         before = np.array([time.perf_counter(), time.thread_time()])
         moving[3:] = velocity[i]
@@ -402,93 +233,48 @@ def simulate(name: str, path: str, seconds: float = SECONDS) -> Run:
         error = DT * program.twist_to(measured, targets[k])
         size = np.array([np.linalg.norm(error[:3]), np.linalg.norm(error[3:])])
         gain = np.minimum(FEEDBACK, np.array(FASTEST) / np.maximum(size, 1e-9))
-        program.step(measured, feed[k] + np.repeat(gain, 3) * error, rates[k])
-        took[k] = np.array([time.perf_counter(), time.thread_time()]) - before
+        program.step(measured, setup.feed[k] + np.repeat(gain, 3) * error, record.rates[k])
+        record.took[k] = np.array([time.perf_counter(), time.thread_time()]) - before
 
-        status.append(program.status)
-        errors[k] = size[::-1]
+        record.status.append(program.status)
+        record.errors[k] = size[::-1]
         # The rates of the tick before are in force during this one: drives interpolate what they are sent.
         for s in range(1, SUBSTEPS + 1):
             plant.step(wanted + s * DT / SUBSTEPS * in_force, in_force, ball[i + s])
-            q[i + s], qd[i + s] = plant.data.qpos, plant.data.qvel
+            record.q[i + s], record.qd[i + s] = plant.data.qpos, plant.data.qvel
             check.place("ball", ball[i + s])
-            distance[i + s] = check.distance(q[i + s])
-            torque = max(torque, float(np.abs(plant.data.qfrc_actuator / cell.torque).max()))
+            record.distance[i + s] = check.distance(record.q[i + s])
+            record.torque = max(record.torque, float(np.abs(plant.data.qfrc_actuator / setup.cell.torque).max()))
         wanted = np.clip(wanted + DT * in_force, plant.data.qpos - LEAD, plant.data.qpos + LEAD)
-        in_force = rates[k]
+        in_force = record.rates[k]
     gc.enable()
+    return record
+
+
+def simulate(name: str, path: str, seconds: float = SECONDS) -> Run:
+    """Run the loop."""
+    setup = set_up(name, path, seconds)
+    robot, cell, times, toolpath = setup.robot, setup.cell, setup.times, setup.toolpath
+    ball, velocity = ball_path(setup)
+    from_target = np.linalg.norm(ball[::SUBSTEPS] - toolpath.position, axis=1)
+    tracking = np.cumsum(from_target < BALL + cell.radius + INFLUENCE + 0.03) == 0
+    blocked = (times > 8.7 * setup.slower) & (times <= 9.3 * setup.slower)
+    unavoided = np.empty(len(times))
+    for k in range(len(times)):
+        setup.check.place("ball", ball[SUBSTEPS * k])
+        unavoided[k] = setup.check.distance(setup.unaware[k])
+
+    dots = toolpath.position[:: (len(times) - 1) // 60]
+    model = mjcf(robot, setup.bodies, cell.torque, cell.floor, dots)
+    record = close_loop(setup, Plant(model, np.array(cell.q0)), ball, velocity)
     return Run(
-        robot, name, path, toolpath, times[:-1], q, qd, ball, distance, unavoided, rates, status, took,
-        errors[:, 0], errors[:, 1], tracking[:-1], blocked[:-1], BALL + cell.radius + CONTROLLED, torque, model,
+        robot=robot, name=name, path=path, toolpath=toolpath, time=times[:-1],
+        q=record.q, qd=record.qd, ball=ball, distance=record.distance, unavoided=unavoided,
+        rates=record.rates, status=record.status, took=record.took,
+        position_error=record.errors[:, 0], angle_error=record.errors[:, 1],
+        tracking=tracking[:-1], blocked=blocked[:-1], nearest=BALL + cell.radius + CONTROLLED,
+        torque=record.torque, model=model,
     )  # fmt: skip
-
-
-def draw(run: Run, file: Path) -> None:
-    """Draw distance, errors, rates and statuses over time."""
-    from redundancy import plots
-    from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Figure, mpl
-
-    fine = np.linspace(0.0, run.time[-1] + DT, len(run.distance))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.5, 6.0), layout="constrained")
-        apart, error, rate, strip = figure.subplots(4, 1, sharex=True, height_ratios=[1.3, 1.0, 1.0, 0.12])
-        right = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "fontsize": "small"}
-        apart.plot(fine, 1e3 * run.distance, color=BLUE, label="simulated")
-        apart.plot(run.time, 1e3 * run.unavoided[:-1], color=GREY, linestyle="--", linewidth=1.2, label="not avoiding")
-        apart.axhline(1e3 * SECURITY, color=BLACK, linewidth=1.0, linestyle=":", label="security")
-        apart.set(ylabel="distance [mm]", title=f"{run.name}, {run.path}")
-        apart.legend(**right)
-        error.semilogy(run.time, 1e3 * run.position_error, color=BLUE, label="position [mm]")
-        error.semilogy(run.time, 1e3 * run.angle_error, color=ORANGE, label="angle [mrad]")
-        error.set(ylabel="error of the hand", ylim=(1e-4, 1e3), yticks=[1e-4, 1e-2, 1e0, 1e2])
-        error.legend(**right)
-        shades = mpl.colormaps["viridis"](np.linspace(0.0, 0.9, run.robot.n))
-        for i, column in enumerate((run.qd / run.robot.qd_max)[::SUBSTEPS].T):
-            rate.plot(fine[::SUBSTEPS], column, color=shades[i], linewidth=1.0, label=f"$\\dot q_{{{i + 1}}}$")
-        rate.set(ylabel="rate / its limit", ylim=(-1.05, 1.05), yticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
-        rate.legend(**right)
-        status = np.array(run.status)
-        colors = {"solved": GREEN, "relaxed": ORANGE, "limited": PURPLE, "infeasible": BLACK, "not convex": GREY}
-        for name in (name for name in colors if name in run.status):
-            strip.fill_between(
-                run.time, 0.0, 1.0, where=status == name, step="post", color=colors[name], label=name, linewidth=0
-            )
-        strip.set(xlabel="time [s]", yticks=[], ylim=(0.0, 1.0), xlim=(0.0, fine[-1]))
-        strip.legend(**right)
-        figure.align_ylabels()
-    plots.save(figure, file)
-
-
-def animate(run: Run, file: Path, every: float = 0.1, size: tuple[int, int] = (480, 400)) -> None:
-    """Write an animation, a frame every so many seconds."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    model = mujoco.MjModel.from_xml_string(run.model)
-    data = mujoco.MjData(model)
-    renderer = mujoco.Renderer(model, 2 * size[1], 2 * size[0])
-    camera = mujoco.MjvCamera()
-    x, y, z, camera.distance, camera.azimuth, camera.elevation = CELLS[run.name].camera
-    camera.lookat[:] = x, y, z
-    font = ImageFont.load_default(16)
-    frames = []
-    for k in range(0, len(run.time), round(every / DT)):
-        data.qpos[:] = run.q[SUBSTEPS * k]
-        data.mocap_pos[0] = run.ball[SUBSTEPS * k]
-        mujoco.mj_forward(model, data)
-        renderer.update_scene(data, camera)
-        frame = Image.fromarray(renderer.render()).resize(size, Image.Resampling.LANCZOS)
-        label = f"{run.time[k]:4.1f} s    distance {1e3 * run.distance[SUBSTEPS * k]:3.0f} mm    {run.status[k]}"
-        ImageDraw.Draw(frame).text((12, 10), label, fill="black", font=font)
-        frames.append(frame)
-    renderer.close()
-    # One palette for all frames, without dithering: what stands still costs nothing.
-    sample = Image.new("RGB", (size[0], 4 * size[1]))
-    for i in range(4):
-        sample.paste(frames[i * (len(frames) - 1) // 3], (0, i * size[1]))
-    sample.paste((0, 158, 115), (0, 0, 60, 60))
-    palette = sample.quantize(160, dither=Image.Dither.NONE)
-    few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    few[0].save(file, save_all=True, append_images=few[1:], duration=round(1e3 * every), loop=0, optimize=True)
 
 
 def report(run: Run) -> None:
