@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use crate::common::{Rng, evaluate, fanuc, iiwa};
-use _core::index::{ConditionNumber, Index, JointLimits, LimitBarrier, Objective, Order, Rows};
-use _core::inverse::{Postures, reach};
-use _core::kinematics::{forward, jacobian};
-use _core::linalg::orthogonal::Orthogonal;
-use _core::resolve::{OrthogonalSqp, Settings, Solution, SolveStatus};
-use _core::robot::{Limits, Robot};
-use _core::task::{Target, Task};
+use redundancy::index::{ConditionNumber, Index, JointLimits, LimitBarrier, Objective, Order, Rows};
+use redundancy::inverse::{Postures, reach};
+use redundancy::kinematics::{forward, jacobian};
+use redundancy::linalg::orthogonal::Orthogonal;
+use redundancy::resolve::{OrthogonalSqp, Settings, Solution, SolveStatus};
+use redundancy::robot::{Limits, Robot};
+use redundancy::task::{Target, Task};
 use serde_json::Value;
 
 const LENGTH: f64 = 0.485_593_3;

@@ -26,7 +26,7 @@ pub struct Reach {
 }
 
 /// `A' (A A' + damping 1)^-1 b` for the m x n matrix A with rows `rows`: bounded by |b| / (2 sqrt(damping)).
-#[inline(always)]
+#[inline(never)]
 pub fn damped_step<const C: usize>(rows: &Rows6<C>, b: &Row6, damping: f64, n: usize, m: usize) -> [f64; C] {
     let n = size::<C>(n);
     let mut a: Mat6 = gram(rows, m);

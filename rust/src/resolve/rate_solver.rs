@@ -235,7 +235,7 @@ impl RateSolver {
     }
 
     /// The motion for the twist [w; v] at a posture, with `gain` times the secondary motion.
-    #[inline(always)]
+    #[inline(never)]
     fn motion<const C: usize>(
         &self,
         q: &[f64],

@@ -5,15 +5,17 @@ use std::path::PathBuf;
 use numpy::{PyArray2, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::Rows;
-use super::array::{elements, ok, output, read_rows, read_vector};
-use super::frames::{matrix, read_frame};
-use super::robot::PyRobot;
-use crate::collision::{Body, Mount, Shape, bodies_from_urdf_file, capsules_along_links, self_pairs};
-use crate::error::{Error, check_positive};
-use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
-use crate::linalg::vector::Vec3;
+use crate::errors::PyResult;
+
+use crate::array::Rows;
+use crate::array::{elements, ok, output, read_rows, read_vector};
+use crate::robot::PyRobot;
+use crate::robot::frames::{matrix, read_frame};
+use redundancy::collision::{Body, Mount, Shape, bodies_from_urdf_file, capsules_along_links, self_pairs};
+use redundancy::error::{Error, check_positive};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::Vec3;
 
 /// A convex solid: what can be near, or touch.
 #[pyclass(name = "Shape", frozen, module = "redundancy._core")]

@@ -3,15 +3,17 @@
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::array::{ok, read_matrix, read_vector, vector};
-use super::robot::PyRobot;
-use crate::error::{Error, Result, check_finite};
-use crate::kinematics::forward;
-use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
-use crate::linalg::vector::unit;
-use crate::resolve::degrees_of_redundancy;
-use crate::task::{Projector, Reference, Target, Task};
+use crate::errors::{Failure, PyResult};
+
+use crate::array::{ok, read_matrix, read_vector, vector};
+use crate::robot::PyRobot;
+use redundancy::error::{Error, Result, check_finite};
+use redundancy::kinematics::forward;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::unit;
+use redundancy::resolve::degrees_of_redundancy;
+use redundancy::task::{Projector, Reference, Target, Task};
 
 /// What the tool has to do; the rest of its motion is free (Huo 2009, table 3.6: 16 twist projectors).
 ///
@@ -40,7 +42,7 @@ fn projector(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Projector
     let Some(value) = value else { return Ok(Projector::All) };
     let wrong = || {
         let shown = value.repr().map_or_else(|_| "?".into(), |r| r.to_string());
-        PyErr::from(Error::value(name, shown, "\"free\", \"full\", (\"line\", axis) or (\"plane\", axis)"))
+        Failure::from(Error::value(name, shown, "\"free\", \"full\", (\"line\", axis) or (\"plane\", axis)"))
     };
     if let Ok(kind) = value.extract::<String>() {
         return match kind.as_str() {
@@ -69,7 +71,7 @@ fn reference(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reference> {
     }
 }
 
-fn tool_at<const C: usize>(robot: &crate::robot::Robot, q: &[f64]) -> Frame {
+fn tool_at<const C: usize>(robot: &redundancy::robot::Robot, q: &[f64]) -> Frame {
     forward::<C>(robot, q)
 }
 
@@ -167,7 +169,7 @@ impl PyTask {
         let tool = tool_at::<MAX_JOINTS>(robot, &buffer[..n]);
         let m = self.task.projector(&tool);
         let rows: Vec<Vec<f64>> = m.iter().map(|row| row.to_vec()).collect();
-        PyArray1::from_vec(py, rows.concat()).reshape([6, 6])
+        Ok(PyArray1::from_vec(py, rows.concat()).reshape([6, 6])?)
     }
 
     /// Degrees of redundancy of a robot with this task (Huo 2009, eq. 1.4 to 1.6).

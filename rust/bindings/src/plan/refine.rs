@@ -3,19 +3,21 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_any, read_list, vector};
-use super::frames::read_frames;
-use super::objective::PyObjective;
-use super::plan::{Array, criterion};
-use super::robot::PyRobot;
-use super::solution;
-use super::task::PyTask;
-use crate::error::{Error, check_finite};
-use crate::linalg::frame::Frame;
-use crate::plan::{Criterion, Kind, PathProblem, RefineStatus, Refined, SpinRange, least_value, onto_path, refine};
-use crate::robot::{Limits, Robot};
-use crate::task::{Target, Task};
-use crate::with_capacity;
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_any, read_list, vector};
+use crate::index::objective::PyObjective;
+use crate::plan::map::{Array, criterion};
+use crate::resolve::solution;
+use crate::robot::PyRobot;
+use crate::robot::frames::read_frames;
+use crate::task::PyTask;
+use redundancy::error::{Error, check_finite};
+use redundancy::linalg::frame::Frame;
+use redundancy::plan::{Criterion, Kind, PathProblem, RefineStatus, Refined, SpinRange, least_value, onto_path, refine};
+use redundancy::robot::{Limits, Robot};
+use redundancy::task::{Target, Task};
+use redundancy::with_capacity;
 
 /// The numbers of a path problem, owned.
 struct Owned {
@@ -221,7 +223,7 @@ fn least<const C: usize>(
     target: &[Target],
     postures: &[f64],
     values: &[f64],
-    objective: &crate::index::Objective,
+    objective: &redundancy::index::Objective,
     limits: bool,
     length: f64,
     spin: Option<&OwnedSpin>,

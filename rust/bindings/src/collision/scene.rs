@@ -5,14 +5,16 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use super::array::{ok, read_any, read_vector, vector};
-use super::frames::{matrix, read_frame};
-use super::robot::PyRobot;
-use super::shape::{PyBody, PyShape};
-use crate::collision::{Obstacle, Pair, Proximity, Scene};
-use crate::error::{Error, check_finite};
-use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
+use crate::errors::{Failure, PyResult};
+
+use crate::array::{ok, read_any, read_vector, vector};
+use crate::collision::shape::{PyBody, PyShape};
+use crate::robot::PyRobot;
+use crate::robot::frames::{matrix, read_frame};
+use redundancy::collision::{Obstacle, Pair, Proximity, Scene};
+use redundancy::error::{Error, check_finite};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
 
 /// Two bodies, or a body and an obstacle, and how near they are.
 #[pyclass(name = "Proximity", frozen, module = "redundancy._core")]
@@ -206,7 +208,7 @@ impl PyScene {
         let (numbers, shape) = read_any("pose", pose)?;
         let frame = match (shape.as_slice(), numbers.as_slice()) {
             ([3], [x, y, z]) => {
-                check_finite("pose", &numbers).map_err(PyErr::from)?;
+                check_finite("pose", &numbers).map_err(Failure::from)?;
                 Frame::translation([*x, *y, *z])
             }
             _ => read_frame("pose", pose)?,

@@ -6,16 +6,18 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_list, read_vector};
-use super::objective::PyObjective;
-use super::robot::PyRobot;
-use super::secondary::{scaling, secondary};
-use super::solution::{self, Followed, Solved, followed, solved};
-use super::task::PyTask;
-use crate::linalg::{MAX_JOINTS, Row6};
-use crate::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Solution};
-use crate::task::Target;
-use crate::with_capacity;
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_list, read_vector};
+use crate::index::objective::PyObjective;
+use crate::resolve::secondary::{scaling, secondary};
+use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::robot::PyRobot;
+use crate::task::PyTask;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Solution};
+use redundancy::task::Target;
+use redundancy::with_capacity;
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.

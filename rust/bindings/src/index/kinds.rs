@@ -2,11 +2,13 @@
 
 use pyo3::prelude::*;
 
-use super::array::{ok, read_list};
-use super::objective::PyObjective;
-use crate::error::Error;
-use crate::index as core;
-use crate::index::{Index, Rows, Spectral, SpectralKind};
+use crate::errors::PyResult;
+
+use crate::array::{ok, read_list};
+use crate::index::objective::PyObjective;
+use redundancy::error::Error;
+use redundancy::index as core;
+use redundancy::index::{Index, Rows, Spectral, SpectralKind};
 
 fn rows(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
     ok(match rows {

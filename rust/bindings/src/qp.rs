@@ -3,9 +3,11 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use super::array::{read_any, read_list, vector};
-use crate::error::Error;
-use crate::optimize::qp::{self, ActiveSet, Place, Problem, Row, Status};
+use crate::errors::PyResult;
+
+use crate::array::{read_any, read_list, vector};
+use redundancy::error::Error;
+use redundancy::optimize::qp::{self, ActiveSet, Place, Problem, Row, Status};
 
 /// Variables at most.
 const LARGEST: usize = 20;

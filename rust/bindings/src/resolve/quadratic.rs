@@ -5,24 +5,26 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_vector, vector};
-use super::objective::PyObjective;
-use super::programme_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
-use super::robot::PyRobot;
-use super::scene::PyScene;
-use super::solution::{self, Followed, Solved, followed, solved};
-use super::task::PyTask;
-use crate::collision::{Damping, Distances, Found, Proximity};
-use crate::error::{Error, check_positive};
-use crate::kinematics::forward;
-use crate::linalg::frame::Frame;
-use crate::linalg::{MAX_JOINTS, Row6};
-use crate::optimize::qp::Row;
-use crate::resolve::{
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_vector, vector};
+use crate::collision::scene::PyScene;
+use crate::index::objective::PyObjective;
+use crate::resolve::quadratic_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
+use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::robot::PyRobot;
+use crate::task::PyTask;
+use redundancy::collision::{Damping, Distances, Found, Proximity};
+use redundancy::error::{Error, check_positive};
+use redundancy::kinematics::forward;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{
     Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Solution, Tick,
 };
-use crate::task::Target;
-use crate::with_capacity;
+use redundancy::task::Target;
+use redundancy::with_capacity;
 
 /// Resolution of the redundancy as a quadratic programme (Dufour and Suleiman 2020).
 ///
@@ -111,7 +113,7 @@ impl Default for State {
 struct Shared<'a>(&'a PyScene);
 
 impl Distances for Shared<'_> {
-    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> crate::error::Result<Found> {
+    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> redundancy::error::Result<Found> {
         self.0.lock().near(q, influence, out)
     }
 }
@@ -126,7 +128,12 @@ struct Asked<'a> {
     upper: &'a [f64],
 }
 
-fn step<const C: usize>(this: &PyQuadraticProgram, asked: &Asked<'_>, state: &mut State, rates: &mut [f64]) -> crate::error::Result<()> {
+fn step<const C: usize>(
+    this: &PyQuadraticProgram,
+    asked: &Asked<'_>,
+    state: &mut State,
+    rates: &mut [f64],
+) -> redundancy::error::Result<()> {
     let n = asked.q.len();
     let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_OWN_ROWS];
     for (k, row) in rows[..asked.lower.len()].iter_mut().enumerate() {

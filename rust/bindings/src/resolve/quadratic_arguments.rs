@@ -2,10 +2,12 @@
 
 use pyo3::prelude::*;
 
-use super::array::{read_any, read_list};
-use crate::error::Error;
-use crate::linalg::MAX_JOINTS;
-use crate::resolve::{Derivatives, Form, MAX_OWN_ROWS};
+use crate::errors::{Failure, PyResult};
+
+use crate::array::{read_any, read_list};
+use redundancy::error::Error;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::resolve::{Derivatives, Form, MAX_OWN_ROWS};
 
 /// Step of derivatives by differences [rad or m].
 const DIFFERENCE: f64 = 1e-4;
@@ -66,7 +68,7 @@ pub fn read_constraints(
     if width != n {
         return Err(Error::Shape { name: "rows".into(), got: format!("({count}, {width})"), expected: format!("(m, {n})") }.into());
     }
-    crate::error::check_finite("rows", &numbers).map_err(PyErr::from)?;
+    redundancy::error::check_finite("rows", &numbers).map_err(Failure::from)?;
     if count > MAX_OWN_ROWS {
         return Err(Error::value("rows", count, &format!("at most {MAX_OWN_ROWS} rows")).into());
     }

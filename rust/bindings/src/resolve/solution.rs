@@ -3,11 +3,13 @@
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::{Rows, elements, ok, output, read_rows, read_vector, vector};
-use super::task::PyTask;
-use crate::linalg::MAX_JOINTS;
-use crate::resolve::{Solution, SolveStatus};
-use crate::task::{Target, Task};
+use crate::errors::PyResult;
+
+use crate::array::{Rows, elements, ok, output, read_rows, read_vector, vector};
+use crate::task::PyTask;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::resolve::{Solution, SolveStatus};
+use redundancy::task::{Target, Task};
 
 /// One target: q, value, status, iterations.
 pub type Solved<'py> = (Bound<'py, PyArray1<f64>>, f64, &'static str, usize);

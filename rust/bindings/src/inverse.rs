@@ -5,15 +5,17 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
+
+use crate::errors::{Failure, PyResult};
 use pyo3::types::PyDict;
 
-use super::array::{elements, ok, output};
-use super::frames::read_frame;
-use crate::error::{Error, Result, check_finite};
-use crate::inverse::{ArmAngle, Inverse};
-use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
-use crate::robot::{Joint, Limits, Robot};
+use crate::array::{elements, ok, output};
+use crate::robot::frames::read_frame;
+use redundancy::error::{Error, Result, check_finite};
+use redundancy::inverse::{ArmAngle, Inverse};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Joint, Limits, Robot};
 
 /// Postures, whether each is at a singularity, whether there are no others.
 pub type Report<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<bool>>, bool);
@@ -28,7 +30,7 @@ struct Postures {
 
 /// The joints that are held: ``{joint: coordinate}``.
 pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
-    let wrong = |item: String| PyErr::from(Error::value("fixed", item, "joints counted from 0, each with a coordinate"));
+    let wrong = |item: String| Failure::from(Error::value("fixed", item, "joints counted from 0, each with a coordinate"));
     fixed
         .iter()
         .map(|(joint, value)| match (joint.extract::<usize>(), value.extract::<f64>()) {

@@ -1,25 +1,15 @@
-//! The Python module `redundancy._core`: arrays in, arrays out. The only room that names pyo3 or numpy; no formula lives here.
+//! The Python module `redundancy._core`: arrays in, arrays out, in the rooms of the core. No formula lives here.
 
 mod array;
-mod custom;
+mod collision;
+mod design;
 mod errors;
-mod frames;
 mod index;
 mod inverse;
-mod objective;
 mod plan;
-mod posture;
-mod programme_arguments;
 mod qp;
-mod quadratic;
-mod rate;
-mod refine;
+mod resolve;
 mod robot;
-mod scene;
-mod secondary;
-mod shape;
-mod solution;
-mod sqp;
 mod task;
 
 use pyo3::prelude::*;
@@ -30,36 +20,36 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::index::{
+    use super::collision::scene::{PyProximity, PyScene};
+    #[pymodule_export]
+    use super::collision::shape::{PyBody, PyShape, bodies_from_urdf_py, capsules_along_links_py, self_pairs_py};
+    #[pymodule_export]
+    use super::design::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
+    #[pymodule_export]
+    use super::index::kinds::{
         ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, SingularityParameter, SmallestSingularValue,
     };
     #[pymodule_export]
-    use super::objective::PyObjective;
+    use super::index::objective::PyObjective;
     #[pymodule_export]
-    use super::plan::{PyLattice, find_route_py};
+    use super::plan::map::{PyLattice, find_route_py};
     #[pymodule_export]
-    use super::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
+    use super::plan::refine::{least_value_py, refine_path, restore_path};
     #[pymodule_export]
     use super::qp::solve_qp;
     #[pymodule_export]
-    use super::quadratic::PyQuadraticProgram;
+    use super::resolve::quadratic::PyQuadraticProgram;
     #[pymodule_export]
-    use super::rate::{
+    use super::resolve::rate::{
         Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
         WeightedInverse,
     };
     #[pymodule_export]
-    use super::refine::{least_value_py, refine_path, restore_path};
+    use super::resolve::secondary::PyPosturePull;
+    #[pymodule_export]
+    use super::resolve::sqp::PyOrthogonalSqp;
     #[pymodule_export]
     use super::robot::PyRobot;
-    #[pymodule_export]
-    use super::scene::{PyProximity, PyScene};
-    #[pymodule_export]
-    use super::secondary::PyPosturePull;
-    #[pymodule_export]
-    use super::shape::{PyBody, PyShape, bodies_from_urdf_py, capsules_along_links_py, self_pairs_py};
-    #[pymodule_export]
-    use super::sqp::PyOrthogonalSqp;
     #[pymodule_export]
     use super::task::PyTask;
 

@@ -4,11 +4,13 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::array::{ok, read_list, vector};
-use super::objective::PyObjective;
-use crate::error::Error;
-use crate::resolve::{PosturePull, Scaling, Secondary};
-use crate::robot::Robot;
+use crate::errors::PyResult;
+
+use crate::array::{ok, read_list, vector};
+use crate::index::objective::PyObjective;
+use redundancy::error::Error;
+use redundancy::resolve::{PosturePull, Scaling, Secondary};
+use redundancy::robot::Robot;
 
 /// Huo's secondary task (Huo 2009, eq. 3.17, 3.31, 4.9, 4.12): the pull of the middle posture, and of the posture where the parameter of
 /// singularity w_ps was last acceptable: ``h = w * (middle - q) + k * w_ps * (q_s - q)``, the second part while ``w_ps >= threshold``.
@@ -60,11 +62,11 @@ impl PyPosturePull {
     ) -> PyResult<Self> {
         let list = |name: &str, values: &Bound<'_, PyAny>| -> PyResult<Vec<f64>> {
             let values = read_list(name, values)?;
-            ok(crate::error::check_finite(name, &values))?;
+            ok(redundancy::error::check_finite(name, &values))?;
             Ok(values)
         };
-        ok(crate::error::check_positive("threshold", threshold))?;
-        ok(crate::error::check_positive("length", length))?;
+        ok(redundancy::error::check_positive("threshold", threshold))?;
+        ok(redundancy::error::check_positive("length", length))?;
         let k = k.map(|k| list("k", k)).transpose()?;
         let middle = middle.map(|middle| list("middle", middle)).transpose()?;
         Ok(Self { w: list("w", w)?, k, middle, threshold, length })
@@ -109,7 +111,8 @@ pub fn secondary(objective: Option<&Bound<'_, PyAny>>, robot: &Robot, scaling: S
     match objective.cast::<PyPosturePull>() {
         Ok(pull) => Ok(Secondary::Pull(Box::new(pull.get().pull(robot)?))),
         Err(_) => {
-            Err(PyTypeError::new_err(format!("objective: got {}, expected an Objective, a PosturePull or None", objective.get_type())))
+            Err(PyTypeError::new_err(format!("objective: got {}, expected an Objective, a PosturePull or None", objective.get_type()))
+                .into())
         }
     }
 }

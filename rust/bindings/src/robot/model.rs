@@ -5,18 +5,20 @@ use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::prelude::*;
+
+use crate::errors::PyResult;
 use pyo3::types::PyDict;
 
-use super::array::{elements, map_rows, ok, output, read_any, read_list, read_vector, vector};
-use super::frames::{Maybe, finish, limits, matrices, matrix, read_frame};
-use super::inverse::{self, Wanted, read_fixed};
-use crate::error::{Error, Result};
-use crate::inverse::{ArmAngle, Inverse, Structure};
-use crate::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
-use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
-use crate::robot::{Convention, DhTable, Robot, parse_joints};
-use crate::with_capacity;
+use crate::array::{elements, map_rows, ok, output, read_any, read_list, read_vector, vector};
+use crate::inverse::{self, Wanted, read_fixed};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame};
+use redundancy::error::{Error, Result};
+use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Convention, DhTable, Robot, parse_joints};
+use redundancy::with_capacity;
 
 /// A serial robot: joints, fixed transforms, base, tool and limits; it never changes.
 ///

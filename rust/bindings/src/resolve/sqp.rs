@@ -5,18 +5,20 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_vector, vector};
-use super::objective::PyObjective;
-use super::robot::PyRobot;
-use super::solution::{self, Followed, Solved, followed, solved};
-use super::task::PyTask;
-use crate::error::Error;
-use crate::kinematics::forward;
-use crate::linalg::{MAX_JOINTS, Row6};
-use crate::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
-use crate::robot::Robot;
-use crate::task::{Target, Task};
-use crate::with_capacity;
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_vector, vector};
+use crate::index::objective::PyObjective;
+use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::robot::PyRobot;
+use crate::task::PyTask;
+use redundancy::error::Error;
+use redundancy::kinematics::forward;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
+use redundancy::robot::Robot;
+use redundancy::task::{Target, Task};
+use redundancy::with_capacity;
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
 ///

@@ -3,11 +3,13 @@
 use std::sync::Mutex;
 
 use pyo3::prelude::*;
+
+use crate::errors::PyResult;
 use pyo3::types::PyTuple;
 
-use super::array::{read_any, vector};
-use crate::index::{CustomIndex, Evaluation, Order, Status};
-use crate::linalg::MAX_JOINTS;
+use crate::array::{read_any, vector};
+use redundancy::index::{CustomIndex, Evaluation, Order, Status};
+use redundancy::linalg::MAX_JOINTS;
 
 /// Step of the central differences that stand in for a gradient the callable does not give: the cube root of the rounding.
 const GRADIENT_STEP: f64 = 6e-6;
@@ -42,7 +44,7 @@ impl PyIndex {
             let (numbers, shape) = read_any(name, &parts.get_item(i)?)?;
             if numbers.len() != length {
                 let expected = format!("{length} numbers, for {} joints", q.len());
-                return Err(crate::error::Error::Shape { name: name.into(), got: format!("{shape:?}"), expected }.into());
+                return Err(redundancy::error::Error::Shape { name: name.into(), got: format!("{shape:?}"), expected }.into());
             }
             Ok(Some(numbers))
         };
@@ -118,7 +120,7 @@ impl CustomIndex for PyIndex {
         Python::attach(|py| {
             self.try_evaluate(py, q, order).unwrap_or_else(|error| {
                 if let Ok(mut slot) = self.raised.lock() {
-                    slot.get_or_insert(error);
+                    slot.get_or_insert(error.into());
                 }
                 Evaluation::without_derivatives(f64::NAN, Status::Singular)
             })

@@ -5,11 +5,13 @@
 
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, npyffi};
 use pyo3::prelude::*;
+
+use crate::errors::{Failure, PyResult};
 use pyo3::sync::PyOnceLock;
 use rayon::prelude::*;
 
-use crate::error::{Error, Result, check_finite};
-use crate::linalg::MAX_JOINTS;
+use redundancy::error::{Error, Result, check_finite};
+use redundancy::linalg::MAX_JOINTS;
 
 /// Batches from this size on release the GIL and run on every core.
 const PARALLEL: usize = 256;
@@ -35,14 +37,15 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
     static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let py = value.py();
     let function = ASARRAY.import(py, "numpy", "asarray")?;
-    let wrong = || PyErr::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers"));
+    let wrong =
+        || Failure::from(Error::value(name, value.repr().map_or_else(|_| "?".into(), |r| r.to_string()), "an array of real numbers"));
     let array = function.call1((value,)).map_err(|_| wrong())?;
     // numpy would only warn while it drops an imaginary part.
     if array.getattr("dtype")?.getattr("kind")?.extract::<char>()? == 'c' {
         return Err(wrong());
     }
     let array = function.call1((array, "float64")).map_err(|_| wrong())?;
-    Ok(array.cast_into::<PyArrayDyn<f64>>()?)
+    Ok(array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?)
 }
 
 fn shape_of(shape: &[usize]) -> String {
@@ -115,7 +118,7 @@ pub fn read_rows(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Row
 /// Numbers of any shape, NaN and infinities allowed: for constructors.
 pub fn read_any(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, Vec<usize>)> {
     let array = as_array(name, value)?;
-    let readable = array.try_readonly().map_err(|e| PyErr::from(Error::value(name, e, "a readable array")))?;
+    let readable = array.try_readonly().map_err(|e| Failure::from(Error::value(name, e, "a readable array")))?;
     // A slice may be in Fortran's order too.
     let numbers = match readable.as_slice() {
         Ok(contiguous) if array.is_c_contiguous() => contiguous.to_vec(),
@@ -163,7 +166,7 @@ pub fn output<'py, const D: usize>(
         return Ok(unsafe { PyArrayDyn::<f64>::new(py, &shape[..], false) });
     };
     let wrong = |got: String| {
-        PyErr::from(Error::Shape {
+        Failure::from(Error::Shape {
             name: "out".into(),
             got,
             expected: format!("a writable C-contiguous float64 array of shape {}", shape_of(&shape)),
@@ -262,5 +265,5 @@ pub fn vector<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyArray1<f64>>
 
 /// `Result` with the core's error, for `?` in bindings.
 pub fn ok<T>(result: Result<T>) -> PyResult<T> {
-    result.map_err(PyErr::from)
+    result.map_err(Failure::from)
 }

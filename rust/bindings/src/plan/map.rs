@@ -3,17 +3,19 @@
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
-use super::array::{elements, ok, output, read_any, read_list, read_vector};
-use super::frames::read_frames;
-use super::objective::PyObjective;
-use super::robot::PyRobot;
-use crate::error::{Error, Result, check_finite};
-use crate::plan::{Criterion, Graph, Lattice, Search, find_route, wide_joints};
+use crate::errors::{Failure, PyResult};
 
-pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+use crate::array::{elements, ok, output, read_any, read_list, read_vector};
+use crate::index::objective::PyObjective;
+use crate::robot::PyRobot;
+use crate::robot::frames::read_frames;
+use redundancy::error::{Error, Result, check_finite};
+use redundancy::plan::{Criterion, Graph, Lattice, Search, find_route, wide_joints};
+
+pub(crate) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Causes<'py> = Bound<'py, PyArrayDyn<u8>>;
 
-pub(super) fn criterion(name: &str) -> Result<Criterion> {
+pub(crate) fn criterion(name: &str) -> Result<Criterion> {
     match name {
         "minimax" => Ok(Criterion::Minimax),
         "integral" => Ok(Criterion::Integral),
@@ -197,7 +199,7 @@ pub fn find_route_py<'py>(
     let (q, _) = read_any("q", q)?;
     let (value, _) = read_any("value", value)?;
     let cause: Vec<u8> =
-        cause.try_readonly().map_err(|e| PyErr::from(Error::value("cause", e, "a readable array")))?.as_array().iter().copied().collect();
+        cause.try_readonly().map_err(|e| Failure::from(Error::value("cause", e, "a readable array")))?.as_array().iter().copied().collect();
     let (weights, steps) = (read_list("weights", weights)?, read_list("steps", steps)?);
     let (bounds, _) = read_any("bounds", bounds)?;
     let cells = shape.0 * shape.1 * shape.2;

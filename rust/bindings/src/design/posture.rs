@@ -2,16 +2,18 @@
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
+
+use crate::errors::PyResult;
 use pyo3::types::PyDict;
 
-use super::array::{ok, read_vector, vector};
-use super::robot::PyRobot;
-use crate::error::Error;
-use crate::index::{PlanarTetrahedron, Rows};
-use crate::kinematics::jacobian;
-use crate::linalg::MAX_JOINTS;
-use crate::optimize::{Outcome, Stop};
-use crate::posture::{self, Length, Method};
+use crate::array::{ok, read_vector, vector};
+use crate::robot::PyRobot;
+use redundancy::error::Error;
+use redundancy::index::{PlanarTetrahedron, Rows};
+use redundancy::kinematics::jacobian;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::optimize::{Outcome, Stop};
+use redundancy::posture::{self, Length, Method};
 
 fn rows_of(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
     ok(rows.map_or_else(|| Rows::all(length), |rows| Rows::new(&rows, length)))
@@ -47,9 +49,10 @@ pub fn minimum_condition_posture<'py>(
         "bfgs" => Method::Bfgs,
         _ => return Err(Error::value("method", format!("{method:?}"), "\"newton\" or \"bfgs\"").into()),
     };
-    ok(crate::error::check_positive("tolerance", tolerance))?;
+    ok(redundancy::error::check_positive("tolerance", tolerance))?;
     let rows = rows_of(rows, length.unwrap_or(1.0))?;
-    let start = length0.map_or_else(|| posture::rms_length(&robot.robot, &q0), |length| crate::error::check_positive("length0", length));
+    let start =
+        length0.map_or_else(|| posture::rms_length(&robot.robot, &q0), |length| redundancy::error::check_positive("length0", length));
     let length = match (length, eliminate) {
         (Some(length), _) => Length::Fixed(length),
         (None, true) => Length::Eliminated,

@@ -3,10 +3,12 @@
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use super::array::{ok, read_any, read_list, read_matrix};
-use super::robot::PyRobot;
-use crate::linalg::frame::Frame;
-use crate::robot::{Limits, Robot};
+use crate::errors::PyResult;
+
+use crate::array::{ok, read_any, read_list, read_matrix};
+use crate::robot::PyRobot;
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Limits, Robot};
 
 /// A frame; quickly when it comes as numpy makes it.
 pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
@@ -62,11 +64,11 @@ pub fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given:
 
 /// A frame as a matrix (4, 4).
 pub fn matrix<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    PyArray1::from_slice(py, &frame.matrix()).reshape([4, 4])
+    Ok(PyArray1::from_slice(py, &frame.matrix()).reshape([4, 4])?)
 }
 
 /// Frames as matrices (N, 4, 4).
 pub fn matrices<'py>(py: Python<'py>, frames: &[Frame]) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let numbers: Vec<f64> = frames.iter().flat_map(Frame::matrix).collect();
-    PyArray1::from_vec(py, numbers).reshape([frames.len(), 4, 4])
+    Ok(PyArray1::from_vec(py, numbers).reshape([frames.len(), 4, 4])?)
 }

@@ -5,16 +5,18 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+
+use crate::errors::{Failure, PyResult};
 use pyo3::types::PyTuple;
 
-use super::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_rows, read_vector};
-use super::custom::PyIndex;
-use super::robot::PyRobot;
-use crate::error::Error;
-use crate::index::{Answers, Evaluation, Index, Objective, Order, Status};
-use crate::linalg::MAX_JOINTS;
-use crate::robot::Robot;
-use crate::with_capacity;
+use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_rows, read_vector};
+use crate::index::custom::PyIndex;
+use crate::robot::PyRobot;
+use redundancy::error::Error;
+use redundancy::index::{Answers, Evaluation, Index, Objective, Order, Status};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::robot::Robot;
+use redundancy::with_capacity;
 
 /// A weighted sum of indices of a posture.
 ///
@@ -43,7 +45,7 @@ impl PyObjective {
 
     pub fn from_callable(function: &Bound<'_, PyAny>) -> PyResult<Self> {
         if !function.is_callable() {
-            return Err(PyTypeError::new_err(format!("expected an index or a callable, got {}", function.get_type())));
+            return Err(PyTypeError::new_err(format!("expected an index or a callable, got {}", function.get_type())).into());
         }
         let index = Arc::new(PyIndex::new(function.clone().unbind()));
         let mut out = Self::single(Index::Custom(index.clone()))?;
@@ -60,7 +62,7 @@ impl PyObjective {
     #[inline(always)]
     pub fn check(&self) -> PyResult<()> {
         match self.custom.iter().find_map(|index| index.take_error()) {
-            Some(error) => Err(error),
+            Some(error) => Err(error.into()),
             None => Ok(()),
         }
     }
@@ -231,7 +233,7 @@ impl PyObjective {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .map_err(|e| PyErr::from(Error::value("threads", threads, &format!("a number of threads that can be started ({e})"))))?;
+            .map_err(|e| Failure::from(Error::value("threads", threads, &format!("a number of threads that can be started ({e})"))))?;
         self.many_in(py, Some(&pool), robot, &rows, order, false)
     }
 
@@ -260,7 +262,7 @@ impl PyObjective {
 
     /// The same objective with another length in every term that has one.
     fn with_length(&self, length: f64) -> PyResult<Self> {
-        ok(crate::error::check_positive("length", length))?;
+        ok(redundancy::error::check_positive("length", length))?;
         Ok(Self { objective: self.objective.with_length(length), custom: self.custom.clone() })
     }
 
@@ -345,6 +347,6 @@ impl PyObjective {
         if h > 0 {
             parts.push(arrays.2.into_any());
         }
-        PyTuple::new(py, parts)
+        Ok(PyTuple::new(py, parts)?)
     }
 }

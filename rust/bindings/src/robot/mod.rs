@@ -1,0 +1,6 @@
+//! `redundancy.Robot`, and frames and limits in and out.
+
+pub mod frames;
+mod model;
+
+pub use model::PyRobot;
