@@ -1,7 +1,8 @@
 //! Redundancy resolution of serial robots: exact derivatives of condition number and manipulability, functional redundancy of
 //! axisymmetric tools, whole toolpaths.
 //!
-//! Rooms, lowest first: [`linalg`], [`robot`], [`kinematics`], [`index`] and [`task`], [`optimize`], [`posture`], [`inverse`], [`resolve`], [`plan`].
+//! Rooms, lowest first: [`linalg`], [`robot`], [`kinematics`], [`index`] and [`task`], [`qp`] and [`optimize`], [`inverse`], [`collision`],
+//! [`resolve`], [`plan`], [`posture`].
 //! SI units and radians everywhere; twists are `[omega; v]`, angular part first, at the tool point, in the base frame.
 
 pub mod collision;
@@ -13,6 +14,7 @@ pub mod linalg;
 pub mod optimize;
 pub mod plan;
 pub mod posture;
+pub mod qp;
 pub mod resolve;
 pub mod robot;
 pub mod task;

@@ -1,0 +1,170 @@
+//! What all solvers have in common: a posture on a target, the best of many, a path from target to target.
+
+use std::sync::Arc;
+
+use super::rate::Memory;
+use crate::inverse::Postures;
+use crate::linalg::MAX_JOINTS;
+use crate::robot::Robot;
+use crate::task::{Target, Task};
+
+/// Error of a posture that counts as on target [rad, m].
+pub const ON_TARGET: f64 = 1e-9;
+/// How far a posture may be beyond a limit, by rounding, and still count as within [rad or m].
+const BEYOND: f64 = 1e-9;
+/// Relative difference of values that count as the same.
+const TIE: f64 = 1e-9;
+/// Difference of squared distances from the middle of the ranges that counts as none [rad^2].
+const SAME_DISTANCE: f64 = 1e-6;
+
+/// How a step of a control loop came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StepStatus {
+    /// Task and secondary task as wanted.
+    Regular,
+    /// Nearly singular: the step is damped.
+    Damped,
+    /// The objective could not be evaluated or has no derivatives here: task only.
+    TaskOnly,
+    /// Slowed down, or stopped at a limit.
+    Limited,
+}
+
+impl StepStatus {
+    /// All of them, each at its own number.
+    pub const ALL: [Self; 4] = [Self::Regular, Self::Damped, Self::TaskOnly, Self::Limited];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Regular => "regular",
+            Self::Damped => "damped",
+            Self::TaskOnly => "task only",
+            Self::Limited => "limited",
+        }
+    }
+}
+
+/// How the search for a posture ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolveStatus {
+    /// On the target, at a minimum of the objective.
+    Converged,
+    /// On the target, at the least value that the limits allow or before the objective settled.
+    OnTarget,
+    /// Not on the target: unreachable within limits, or singular on the way.
+    Unreachable,
+}
+
+impl SolveStatus {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::OnTarget => "on target",
+            Self::Unreachable => "unreachable",
+        }
+    }
+}
+
+/// A posture on (or nearest found to) a target.
+#[derive(Debug, Clone, Copy)]
+pub struct Solution {
+    /// Joints; the first n count.
+    pub q: [f64; MAX_JOINTS],
+    /// Objective there, NaN without.
+    pub value: f64,
+    /// Distance of the tool point to the target [m].
+    pub position_error: f64,
+    /// Angle to the target's orientation or axis [rad].
+    pub angle_error: f64,
+    /// How it ended.
+    pub status: SolveStatus,
+    /// Steps.
+    pub iterations: usize,
+}
+
+/// A method that resolves the redundancy of a robot for a task, as far as targets are concerned.
+pub trait Resolver: Sync {
+    /// The robot.
+    fn robot(&self) -> &Arc<Robot>;
+
+    /// The task.
+    fn task(&self) -> &Task;
+
+    /// Whether position limits hold.
+    fn keeps_limits(&self) -> bool;
+
+    /// From `q0` to a target, where `memory` is what earlier targets of the same path left.
+    fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution;
+
+    /// Makes a random posture a start for [`Resolver::solve`]; false where nothing starts from it.
+    fn prepare(&self, _target: &Target, _q: &mut [f64]) -> bool {
+        true
+    }
+
+    /// From `q0` to a target.
+    fn solve(&self, target: &Target, q0: &[f64]) -> Solution {
+        self.solve_next(target, q0, &mut Memory::default())
+    }
+
+    /// Along the targets, each from the posture of the one before; `each` is told of every solution.
+    fn follow(&self, targets: &[Target], q0: &[f64], memory: &mut Memory, each: &mut dyn FnMut(&Solution)) {
+        let mut q = [0.0; MAX_JOINTS];
+        q[..q0.len()].copy_from_slice(q0);
+        for target in targets {
+            let solution = self.solve_next(target, &q[..q0.len()], memory);
+            q = solution.q;
+            each(&solution);
+        }
+    }
+
+    /// The best solution from `starts` random postures within the limits, without whole turns; `None` if the target was never reached, or never
+    /// within the limits where these hold.
+    fn solve_best(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+        let robot = self.robot();
+        let n = robot.n();
+        let mut postures = Postures::new(seed);
+        let mut best: Option<Solution> = None;
+        for _ in 0..starts {
+            let mut q = [0.0; MAX_JOINTS];
+            postures.fill(robot, &mut q[..n]);
+            if !self.prepare(target, &mut q[..n]) {
+                continue;
+            }
+            let mut solution = self.solve(target, &q[..n]);
+            turn(robot, &mut solution.q[..n]);
+            let inside = !self.keeps_limits() || robot.limits().margin(&solution.q[..n]) >= -BEYOND;
+            let good = solution.status != SolveStatus::Unreachable && inside;
+            if good && best.as_ref().is_none_or(|best| prefers(robot, &solution, best)) {
+                best = Some(solution);
+            }
+        }
+        best
+    }
+}
+
+/// The same posture by whole turns nearest to the middle of the ranges.
+fn turn(robot: &Robot, q: &mut [f64]) {
+    for (i, angle) in q.iter_mut().enumerate() {
+        if robot.joints()[i] == crate::robot::Joint::Revolute {
+            *angle = robot.limits().turned(i, *angle);
+        }
+    }
+}
+
+/// Whether solution `a` is better than `b`: by value, and among equals (mirrored postures, or nothing to value them by) by distance from the
+/// middle of the ranges.
+fn prefers(robot: &Robot, a: &Solution, b: &Solution) -> bool {
+    let defined = |s: &Solution| !s.value.is_nan();
+    let same = a.value == b.value || (a.value - b.value).abs() <= TIE * b.value.abs();
+    if defined(a) != defined(b) {
+        return defined(a);
+    }
+    if defined(a) && !same {
+        return a.value < b.value;
+    }
+    let middle = |i: usize| robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle);
+    let distance = |s: &Solution| (0..robot.n()).map(|i| (s.q[i] - middle(i)).powi(2)).sum::<f64>();
+    distance(a) < distance(b) - SAME_DISTANCE
+}
