@@ -1,14 +1,15 @@
 //! Reproducible random postures within the limits.
 
-use crate::robot::{Joint, Robot};
+use super::{Joint, Robot};
 
-/// A stream of postures, uniform within the limits; joints without limits turn within +-pi or slide within +-1 m.
+/// A stream of postures, uniform within the limits; a joint without limits turns within +-pi or slides within +-1 m, one with a single limit
+/// moves over as much next to it, as near to 0 as it lets.
 #[derive(Debug, Clone)]
-pub struct Postures {
+pub struct RandomPostures {
     state: u64,
 }
 
-impl Postures {
+impl RandomPostures {
     /// The stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self { state: seed }

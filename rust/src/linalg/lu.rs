@@ -2,13 +2,13 @@
 
 /// A factored square matrix: unit lower triangle below the diagonal, upper triangle on and above it.
 #[derive(Debug, Clone)]
-pub struct Gauss<const N: usize> {
+pub struct Lu<const N: usize> {
     factors: [[f64; N]; N],
     order: [usize; N],
     odd: bool,
 }
 
-impl<const N: usize> Gauss<N> {
+impl<const N: usize> Lu<N> {
     /// Factors a matrix given by rows. A vanishing pivot is kept as it is.
     #[inline]
     pub fn new(mut a: [[f64; N]; N]) -> Self {
