@@ -1,4 +1,4 @@
-"""The pictures of the documentation: ``python docs/figures.py [folder]``; the folder is docs/img if left out."""
+"""The pictures of the documentation: ``python -m evidence.figures [folder]``; the folder is docs/img if left out."""
 
 import sys
 from pathlib import Path
@@ -9,15 +9,15 @@ from redundancy import plots
 from redundancy.follow import follow_without_spin
 from redundancy.job import read_job
 
-HERE = Path(__file__).resolve().parent
-JOB = HERE.parent / "examples" / "helix_milling.toml"
+from evidence import pages
+
 SCANNED = 84
 """The 85th point of the helix, counted from 0."""
 
 
 def helix(folder: Path) -> None:
     """Draw the milled helix: condition number, joints, spin, and the scan of one point."""
-    job = read_job(JOB)
+    job = read_job(pages.HELIX_JOB)
     optimised = rd.follow(job.solver(), job.path, progress=False)
     fixed = follow_without_spin(optimised, job.objective, progress=False)
     length = job.objective.length
@@ -44,8 +44,7 @@ def postures(folder: Path) -> None:
 
 def main(arguments: list[str]) -> int:
     """Draw every picture."""
-    folder = Path(arguments[0]) if arguments else HERE / "img"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = pages.folder_of(arguments)
     helix(folder)
     postures(folder)
     return 0

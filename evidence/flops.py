@@ -1,4 +1,4 @@
-"""Floating-point operations of kappa_F^2, its gradient and its Hessian for a 6R robot: ``python docs/flops.py``.
+"""Floating-point operations of kappa_F^2, its gradient and its Hessian for a 6R robot: ``python -m evidence.flops``.
 
 The routines below say in Python what rust/src/index/condition.rs, rust/src/linalg and rust/src/kinematics do for six
 rows and six joints, loop by loop, with numbers that count what is done to them. An operation is an addition, a
@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 import redundancy as rd
+
+from evidence import pages
 
 N = 6
 LENGTH = 0.4855933
@@ -280,16 +282,14 @@ def count() -> Ledger:
 
 def table(ledger: Ledger) -> str:
     """Return the counts as a Markdown table."""
-    lines = ["| order | part | operations |", "|---|---|---|"]
-    lines += [f"| {order} | {part} | {cost} |" for order, part, cost in ledger.parts]
     gradient, hessian = ledger.upto("value", "gradient"), ledger.upto("value", "gradient", "Hessian")
     ratio = THESIS["Hessian"] / THESIS["gradient"]
-    lines += [
-        f"| | **value and gradient** (thesis: {THESIS['gradient']}) | **{gradient}** |",
-        f"| | **value, gradient and Hessian** (thesis: {THESIS['Hessian']}) | **{hessian}** |",
-        f"| | Hessian over gradient (thesis: {ratio:.1f}) | {hessian / gradient:.1f} |",
+    sums = [
+        (f"**value and gradient** (thesis: {THESIS['gradient']})", f"**{gradient}**"),
+        (f"**value, gradient and Hessian** (thesis: {THESIS['Hessian']})", f"**{hessian}**"),
+        (f"Hessian over gradient (thesis: {ratio:.1f})", f"{hessian / gradient:.1f}"),
     ]
-    return "\n".join(lines)
+    return pages.table(("order", "part", "operations"), [*ledger.parts, *(("", *row) for row in sums)])
 
 
 if __name__ == "__main__":

@@ -3,9 +3,14 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import dufour_cases as duf
 import numpy as np
-from dufour_runs import (
+from matplotlib.figure import SubFigure
+from numpy.typing import ArrayLike
+from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
+
+from evidence.dufour import cases as duf
+from evidence.dufour.derivatives import bfgs, differences, relative
+from evidence.dufour.runs import (
     BALL_ALPHA,
     F64,
     INDEX,
@@ -13,23 +18,17 @@ from dufour_runs import (
     Motion,
     beside_ball,
     best,
-    bfgs,
     compared,
-    differences,
     enough,
     follow,
     named,
     normalised,
     printed_form,
     program,
-    relative,
     searched,
     single,
     tried,
 )
-from matplotlib.figure import SubFigure
-from numpy.typing import ArrayLike
-from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
 
 TIME = duf.TICK * np.arange(round(duf.DURATION / duf.TICK) + 1)
 COLORS = {"no resolution": GREY, "(7)": BLACK, "(10), no deviation": GREEN, "(10)": BLUE, "(14)": ORANGE}

@@ -1,20 +1,21 @@
-"""The scenarios of Dufour and Suleiman (2020): ``python docs/reproduce_dufour.py [--write]``.
+"""The scenarios of Dufour and Suleiman (2020): ``python -m evidence.dufour.reproduce [--write]``.
 
 Prints the tables of docs/reproduction_dufour.md, each between two marks. With --write it puts them into the page and
 draws its pictures. Times are of the machine that runs it.
 """
 
-import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 
-import dufour_cases as duf
 import numpy as np
 import redundancy as rd
-from dufour_figures import PRINTED_ALPHA, draw
-from dufour_runs import (
+from numpy.typing import NDArray
+
+from evidence.dufour import cases as duf
+from evidence.dufour.derivatives import bfgs, differences, relative
+from evidence.dufour.figures import PRINTED_ALPHA, draw
+from evidence.dufour.runs import (
     BALL_ALPHA,
     EQUALITY,
     INDEX,
@@ -24,9 +25,7 @@ from dufour_runs import (
     Form,
     beside_ball,
     best,
-    bfgs,
     compared,
-    differences,
     enough,
     follow,
     indefinite,
@@ -37,25 +36,17 @@ from dufour_runs import (
     program,
     random_balls,
     random_postures,
-    relative,
     rest,
     searched,
     single,
     sweep,
     tried,
 )
-from numpy.typing import NDArray
+from evidence.pages import DOCS, IMAGES, show, table
 
 F64 = NDArray[np.float64]
 
-HERE = Path(__file__).resolve().parent
-PAGE = HERE / "reproduction_dufour.md"
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+PAGE = DOCS / "reproduction_dufour.md"
 
 
 def factor(value: float) -> str:
@@ -396,16 +387,10 @@ SECTIONS = (
 
 def main(arguments: list[str]) -> int:
     """Print the tables; with --write, put them into the page and draw the pictures."""
-    page = PAGE.read_text(encoding="utf-8")
-    for section in SECTIONS:
-        name = section.__name__
-        text = f"<!-- {name} -->\n\n{section()}\n\n<!-- end of {name} -->"
-        sys.stdout.write(text + "\n\n")
-        sys.stdout.flush()
-        page = re.sub(f"<!-- {name} -->.*<!-- end of {name} -->", text, page, flags=re.DOTALL)
-    if "--write" in arguments:
-        draw(HERE / "img")
-        PAGE.write_text(page, encoding="utf-8")
+    write = "--write" in arguments
+    show(PAGE, ((section.__name__, section()) for section in SECTIONS), write)
+    if write:
+        draw(IMAGES)
     return 0
 
 

@@ -1,14 +1,15 @@
-"""What is computed for docs/reproduction_dufour.md: motions, searches for factors, derivatives."""
+"""What is computed for docs/reproduction_dufour.md: motions and searches for factors."""
 
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Literal
 
-import dufour_cases as duf
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
+
+from evidence.dufour import cases as duf
 
 F64 = NDArray[np.float64]
 Form = Literal["curvature", "equality", "printed"]
@@ -312,6 +313,12 @@ def random_balls(alpha: float, number: int = 50, margin: float = duf.MARGIN) -> 
     return Balls(alpha, number, ticks, swept, reached, clear, infeasible)
 
 
+def random_postures(number: int = 500) -> F64:
+    """Return random postures within limits."""
+    robot = duf.robot()
+    return np.random.default_rng(1).uniform(robot.q_min, robot.q_max, (number, robot.n))
+
+
 @cache
 def goal_postures(number: int = 200) -> list[F64]:
     """Return postures within limits on the goal of scenario 1, from random starts."""
@@ -352,57 +359,3 @@ def oscillates_from(motion: Motion) -> float:
     stiff = np.eye(7) + duf.LOW * jacobian.transpose(0, 2, 1) @ jacobian
     most = np.linalg.eigvals(np.linalg.solve(stiff, -hessian)).real.max(axis=1)
     return float(2.0 / (duf.TICK**2 * np.median(value * most)))
-
-
-def differences(q: F64, step: float) -> tuple[F64, F64]:
-    """Return the gradients (17) and the Hessians (19) of m at postures (N, 7)."""
-    robot, unit = duf.robot(), step * np.eye(7)
-
-    def m(postures: F64) -> F64:
-        values: F64 = INDEX.evaluate_many(robot, postures, 0)[0]
-        return values
-
-    gradient = np.stack([m(q + e) - m(q - e) for e in unit], axis=1) / (2.0 * step)
-    hessian = np.empty((len(q), 7, 7))
-    for i, a in enumerate(unit):
-        for j, b in enumerate(unit):
-            forth, back = m(q + a + b) - m(q + a - b), m(q - a + b) - m(q - a - b)
-            hessian[:, i, j] = (forth - back) / (4.0 * step**2)
-    return gradient, hessian
-
-
-def bfgs(q: F64, as_printed: bool = False) -> tuple[F64, float]:
-    """Return what BFGS makes of the Hessian of -m along a motion, and the share of ticks at which it learns.
-
-    The direct update, or (20) as printed; both learn only where s'y > 0.
-    """
-    gradient = INDEX.evaluate_many(duf.robot(), q, 1)[1]
-    assert gradient is not None
-    matrix, out, learnt = np.zeros((7, 7)), [np.zeros((7, 7))], 0
-    for k in range(1, len(q)):
-        s, y = q[k] - q[k - 1], gradient[k - 1] - gradient[k]
-        if s @ y > 1.5e-8 * np.linalg.norm(s) * np.linalg.norm(y):
-            learnt += 1
-            if not matrix.any():
-                matrix = (s @ y) / (y @ y) * np.eye(7) if as_printed else (y @ y) / (s @ y) * np.eye(7)
-            if as_printed:
-                left = np.eye(7) - np.outer(s, y) / (s @ y)
-                matrix = left @ matrix @ left.T + np.outer(s, s) / (s @ y)
-            else:
-                hs = matrix @ s
-                matrix = matrix + np.outer(y, y) / (s @ y) - np.outer(hs, hs) / (s @ hs)
-        out.append(matrix)
-    return np.array(out), learnt / (len(q) - 1)
-
-
-def relative(found: F64, exact: F64) -> F64:
-    """Return the errors of vectors or matrices (N, ...) as parts of their lengths."""
-    axes = tuple(range(1, exact.ndim))
-    off: F64 = np.sqrt(((found - exact) ** 2).sum(axis=axes) / (exact**2).sum(axis=axes))
-    return off
-
-
-def random_postures(number: int = 500) -> F64:
-    """Return random postures within limits."""
-    robot = duf.robot()
-    return np.random.default_rng(1).uniform(robot.q_min, robot.q_max, (number, robot.n))

@@ -1,19 +1,21 @@
-"""The examples of Huo (2009) beside those of this package: ``python docs/reproduce_huo.py [--write]``.
+"""The examples of Huo (2009) beside those of this package: ``python -m evidence.huo.reproduce [--write]``.
 
 Prints the tables of docs/reproduction_huo.md, each between two marks. With --write it puts them into the page and
 draws its pictures. Times are of the machine that runs it.
 """
 
-import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 
-import huo_cases as huo
 import numpy as np
 import redundancy as rd
-from huo_figures import (
+from numpy.typing import NDArray
+from redundancy.follow import Solver
+
+from evidence.huo import cases as huo
+from evidence.huo.figures import draw
+from evidence.huo.runs import (
     EVEN,
     ITERATIONS,
     SPHERE,
@@ -22,7 +24,6 @@ from huo_figures import (
     Measures,
     adapt,
     condition_and_limits,
-    draw,
     mean_errors,
     other_tools,
     pipe,
@@ -36,19 +37,11 @@ from huo_figures import (
     weight_grid,
     welding,
 )
-from numpy.typing import NDArray
-from redundancy.follow import Solver
+from evidence.pages import DOCS, IMAGES, show, table
 
 F64 = NDArray[np.float64]
 
-HERE = Path(__file__).resolve().parent
-PAGE = HERE / "reproduction_huo.md"
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+PAGE = DOCS / "reproduction_huo.md"
 
 
 def span(values: F64) -> str:
@@ -324,15 +317,10 @@ SECTIONS = (puma, errors, sphere, times, tests, steps, adaptation, geometries, d
 
 def main(arguments: list[str]) -> int:
     """Print the tables; with --write, put them into the page and draw the pictures."""
-    page = PAGE.read_text(encoding="utf-8")
-    for section in SECTIONS:
-        name = section.__name__
-        text = f"<!-- {name} -->\n\n{section()}\n\n<!-- end of {name} -->"
-        sys.stdout.write(text + "\n\n")
-        page = re.sub(f"<!-- {name} -->.*<!-- end of {name} -->", text, page, flags=re.DOTALL)
-    if "--write" in arguments:
-        draw(HERE / "img")
-        PAGE.write_text(page, encoding="utf-8")
+    write = "--write" in arguments
+    show(PAGE, ((section.__name__, section()) for section in SECTIONS), write)
+    if write:
+        draw(IMAGES)
     return 0
 
 

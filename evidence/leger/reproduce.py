@@ -1,25 +1,23 @@
-"""The figures of Leger (2014) beside those of this package: ``python docs/reproduce_leger.py [--check]``.
+"""The figures of Leger (2014) beside those of this package: ``python -m evidence.leger.reproduce [--check]``.
 
 Prints the table of docs/reproduction_leger.md. With --check it also tells, by its exit status, whether the pages show
-what their scripts print.
+what their programs print.
 """
 
 import sys
-from pathlib import Path
 
-import flops
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import plots
 from redundancy.job import read_job
 
+from evidence import flops, pages
+
 F64 = NDArray[np.float64]
 Row = tuple[str, str, str, str]
 
-HERE = Path(__file__).resolve().parent
-PAGE = HERE / "reproduction_leger.md"
-JOB = HERE.parent / "examples" / "helix_milling.toml"
+PAGE = pages.DOCS / "reproduction_leger.md"
 
 FANUC = rd.robots.get("fanuc_m710ic50_milling")
 START = np.deg2rad([0.0, 20.0, -20.0, 0.0, -90.0, 0.0])  # (4.3)
@@ -100,7 +98,7 @@ def first_point(path: rd.Toolpath) -> list[Row]:
 
 def helix() -> list[Row]:
     """Compare Fig. 4-7 and 4-8, with the tool fixed to the flange."""
-    job = read_job(JOB)
+    job = read_job(pages.HELIX_JOB)
     found = rd.follow(job.solver(), job.path, progress=False)
     errors = max(found.position_error.max(), found.axis_error.max())
     margin = f"kept, {np.rad2deg(found.limit_margin):.2f} to the nearest"
@@ -149,9 +147,7 @@ def costs() -> list[Row]:
 
 def table() -> str:
     """Return the comparison as a Markdown table."""
-    lines = ["| where | what | printed | computed |", "|---|---|---|---|"]
-    lines += [f"| {' | '.join(row)} |" for row in (*minimum_posture(), *helix(), *costs())]
-    return "\n".join(lines)
+    return pages.table(("where", "what", "printed", "computed"), (*minimum_posture(), *helix(), *costs()))
 
 
 def main(arguments: list[str]) -> int:
@@ -160,10 +156,8 @@ def main(arguments: list[str]) -> int:
     sys.stdout.write(text + "\n")
     if "--check" not in arguments:
         return 0
-    pages = {PAGE: text, HERE / "indices.md": flops.table(flops.count())}
-    stale = [page.name for page, part in pages.items() if part not in page.read_text(encoding="utf-8")]
-    sys.stderr.write("".join(f"{name} does not show what its script prints\n" for name in stale))
-    return 1 if stale else 0
+    shown = [(PAGE, text), (pages.DOCS / "indices.md", flops.table(flops.count()))]
+    return 1 if pages.stale(shown) else 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Ten toolpaths for four robots, on which `redundancy.plan` is compared with a grid search (docs/compare_plan.py).
+"""Ten toolpaths for four robots, on which `evidence.planner.compare` sets `redundancy.plan` beside a grid search.
 
 A path is a shape, about one unit in size, in a frame of its own with z up. It is scaled and put in front of a robot
 with the numbers of `PLACES`. They were drawn at random; kept were those for which a coarse grid has a way and few spins

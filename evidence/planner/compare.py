@@ -1,30 +1,32 @@
-"""`redundancy.plan` beside a grid search: ``python docs/compare_plan.py [--write] [--quick] [--effort=N] [name ...]``.
+"""`redundancy.plan` beside a grid search.
 
-Prints the tables of docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws
-its pictures. With --quick only paths of up to 151 points are compared, with names only these
-robots and paths. Times are of the machine that runs it.
+``python -m evidence.planner.compare [--write] [--quick] [--effort=N] [name ...]`` prints the tables of
+docs/plan_comparison.md, each between two marks; with --write it puts them into the page and draws its pictures. With
+--quick only paths of up to 151 points are compared, with names only these robots and paths. Times are of the machine
+that runs it.
 """
 
-import re
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 
-import grid_search
 import numpy as np
-import plan_cases
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy._path_frames import shares
 
+from evidence.pages import DOCS, IMAGES, show, table
+from evidence.planner import cases as plan_cases
+from evidence.planner import grid_search
+from evidence.planner.grid import JUMP, SPINS, Grid, make_grid
+
 F64 = NDArray[np.float64]
 Criterion = Literal["minimax", "integral"]
 
-HERE = Path(__file__).resolve().parent
-PAGE = HERE / "plan_comparison.md"
+PAGE = DOCS / "plan_comparison.md"
 CRITERIA: Final[tuple[Criterion, ...]] = ("minimax", "integral")
 ROBOTS: Final = set(plan_cases.REACH)
 PATHS: Final = {build.__name__ for build in plan_cases.SHAPES}
@@ -122,7 +124,7 @@ def compare(case: plan_cases.Case, effort: int | None = None) -> list[Comparison
     """Plan a case and search its grid, under each criterion."""
     objective = rd.ConditionNumber(case.length)
     begin = time.perf_counter()
-    grid = grid_search.make_grid(case.robot, case.path, objective, shares(case.path), case.closed)
+    grid = make_grid(case.robot, case.path, objective, shares(case.path), case.closed)
     making = time.perf_counter() - begin
     results = []
     for criterion in CRITERIA:
@@ -138,7 +140,7 @@ def compare(case: plan_cases.Case, effort: int | None = None) -> list[Comparison
         )
         planning = time.perf_counter() - begin
         begin = time.perf_counter()
-        found = grid.minimax() if criterion == "minimax" else grid.integral(plan.smoothness)
+        found = grid_search.minimax(grid) if criterion == "minimax" else grid_search.integral(grid, plan.smoothness)
         searching = time.perf_counter() - begin + making
         values = [
             float("nan") if q is None else measure(case, grid, criterion, plan.smoothness, q)
@@ -161,15 +163,15 @@ def compare(case: plan_cases.Case, effort: int | None = None) -> list[Comparison
     return results
 
 
-def used(grid: grid_search.Grid, found: grid_search.Found | None) -> float:
+def used(grid: Grid, found: grid_search.Found | None) -> float:
     """Return the largest change of the spin as a part of the window."""
     if found is None:
         return float("nan")
     change = np.abs(np.diff(found.spin))
-    return float(np.minimum(change, grid_search.SPINS - change).max() / grid.window)
+    return float(np.minimum(change, SPINS - change).max() / grid.window)
 
 
-def measure(case: plan_cases.Case, grid: grid_search.Grid, criterion: Criterion, smoothness: float, q: F64) -> float:
+def measure(case: plan_cases.Case, grid: Grid, criterion: Criterion, smoothness: float, q: F64) -> float:
     """Return what is minimised, from the joints alone."""
     value = condition_numbers(case.robot, q, case.length)
     if criterion == "minimax":
@@ -199,14 +201,8 @@ def fault(case: plan_cases.Case, plan: rd.Plan) -> str:
         if np.abs(turns - np.round(turns)).max() > WITHIN:
             return "not closed"
     jump = float(np.abs(np.diff(q, axis=0)).max())
-    steady = case.path.time is not None or jump <= grid_search.JUMP + WITHIN
+    steady = case.path.time is not None or jump <= JUMP + WITHIN
     return "" if steady else f"jumps by {jump:.2f} rad"
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
 
 
 def rows_of(results: Sequence[Comparison], criterion: Criterion) -> str:
@@ -315,14 +311,10 @@ def main(arguments: list[str]) -> int:
             )
             sys.stderr.flush()
     sections = {"summary": summary(results)} | {criterion: rows_of(results, criterion) for criterion in CRITERIA}
-    page = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    for name, text in sections.items():
-        marked = f"<!-- {name} -->\n\n{text}\n\n<!-- end of {name} -->"
-        sys.stdout.write(marked + "\n\n")
-        page = re.sub(f"<!-- {name} -->.*<!-- end of {name} -->", marked, page, flags=re.DOTALL)
-    if "--write" in arguments:
-        draw(results, HERE / "img")
-        PAGE.write_text(page, encoding="utf-8")
+    write = "--write" in arguments
+    show(PAGE, sections.items(), write)
+    if write:
+        draw(results, IMAGES)
     return 0 if all(r.never_worse and r.smoother for r in results) else 1
 
 

@@ -1,4 +1,4 @@
-"""The pictures of docs/plan.md: ``python docs/plan_figures.py [folder]``; the folder is docs/img if left out."""
+"""The pictures of docs/plan.md: ``python -m evidence.planner.figures [folder]``; the folder is docs/img if left out."""
 
 import sys
 from pathlib import Path
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from redundancy import plots
 from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl
 
+from evidence import pages
+
 F64 = NDArray[np.float64]
 Place = tuple[float, float, float]
 
-HERE = Path(__file__).resolve().parent
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, BLACK)
 
 
@@ -93,8 +94,7 @@ def two_freedoms(folder: Path) -> None:
 
 def main(arguments: list[str]) -> int:
     """Draw every picture."""
-    folder = Path(arguments[0]) if arguments else HERE / "img"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = pages.folder_of(arguments)
     for draw in (helix_map, speeds, two_freedoms):
         draw(folder)
     return 0

@@ -45,7 +45,7 @@ def test_solve(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert sorted(entry.name for entry in out.iterdir()) == ["trajectory.csv", "trajectory.json", "trajectory.pathx"]
     content = json.loads((out / "trajectory.json").read_text(encoding="utf-8"))
-    reference = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))
+    reference = json.loads((Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))
     # Every fifth of the 101 points.
     wanted = reference["helix"]["pointwise_minimum_kappa"][::5]
     np.testing.assert_allclose(content["columns"]["condition_number"], wanted, atol=1e-6)

@@ -29,7 +29,7 @@ points = 15
 duration_s = 10
 """
 PLAN = JOB + "[plan]\n"
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def run(*arguments: object) -> Result:

@@ -11,7 +11,7 @@ import redundancy as rd
 
 mujoco = pytest.importorskip("mujoco")
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS = [("panda", "line"), ("baxter_left", "taught")]
 
 

@@ -8,12 +8,9 @@ import redundancy as rd
 from numpy.typing import NDArray
 from redundancy.start import StartSearch, best_start, cyclic_start
 
-from tests.reference.pages import load
+from evidence.huo import cases as huo
 
 F64 = NDArray[np.float64]
-
-
-huo: Any = load("huo_cases")
 CASES = {build.__name__: build() for build in huo.BUILDERS}
 MILL = rd.robots.get("fanuc_m710ic50_milling")
 HELIX = rd.Toolpath.helix(0.25, 0.5 / np.pi, 0.0, np.pi / 2, np.pi, (1.3, 1.0, 0.0), 101)

@@ -9,7 +9,9 @@ import pytest
 import redundancy as rd
 from redundancy import _core
 
-ORACLE: dict[str, Any] = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))
+ORACLE: dict[str, Any] = json.loads(
+    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
+)
 BEST = ORACLE["minimum_condition_number"]
 START = np.deg2rad([0.0, 20.0, -20.0, 0.0, -90.0, 0.0])
 LENGTH0 = 0.2985933

@@ -20,7 +20,7 @@ from tests.reference.condition_mpmath import reference
 
 F64: TypeAlias = NDArray[np.float64]
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 SQUARE = np.array([10.0, 20.0, 40.0])
 REDUNDANT = np.array([20.0, 40.0, 100.0])
 LIVE = range(50, 1000, 95)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from redundancy import Manipulability, Robot
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[1] / "data"
 ANGULAR_FIRST = [3, 4, 5, 0, 1, 2]
 CHAINS = {"ur5": ("base_link", "tool0"), "panda": ("panda_link0", "panda_link8")}
 ROBOTS: list[dict[str, Any]] = json.loads((DATA / "rtb.json").read_text(encoding="utf-8"))["robots"]

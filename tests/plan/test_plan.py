@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import redundancy as rd
 
+from evidence.planner import cases
 from tests.reference.chain import F64
-from tests.reference.pages import load
 from tests.reference.plans import KAPPA, ROBOT, check, circle, helix, line, speed_share
 
-REFERENCE = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text())["helix"]
+REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text())["helix"]
 
 
 def test_helix_of_the_thesis() -> None:
@@ -101,7 +101,7 @@ def test_closed_paths_close(criterion: str) -> None:
 
 def test_a_closed_path_that_winds_keeps_its_limits_where_it_ends() -> None:
     # The last point is the first, a whole turn of the fifth joint or the fourth away.
-    case = load("plan_cases").case("star", "abb_irb2400")
+    case = cases.case("star", "abb_irb2400")
     objective = rd.ConditionNumber(case.length)
     plan = rd.plan(case.robot, case.path, objective=objective, criterion="integral", closed=True, effort=1)
     check(plan)

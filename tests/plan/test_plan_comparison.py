@@ -1,17 +1,14 @@
-"""The planner beside the grid search of docs/: never worse, and smoother, on a few short paths."""
-
-from typing import Any
+"""The planner beside the grid search of evidence/planner: never worse, and smoother, on a few short paths."""
 
 import numpy as np
 import pytest
 import redundancy as rd
 from redundancy._path_frames import shares
 
-from tests.reference.pages import load
-
-plan_cases: Any = load("plan_cases")
-grid_search: Any = load("grid_search")
-compare_plan: Any = load("compare_plan")
+from evidence.planner import cases as plan_cases
+from evidence.planner import compare as compare_plan
+from evidence.planner import grid_search
+from evidence.planner.grid import JUMP, make_grid
 
 BETTER = [("fanuc_m710ic50_milling", "cylinder_inside"), ("abb_irb120", "limit_line"), ("ur5e", "limit_line")]
 NARROW = [("ur5e", "dash"), ("abb_irb120", "cylinder_outside")]
@@ -43,10 +40,8 @@ def test_one_search_alone_misses_a_narrow_way() -> None:
 
 def test_a_closed_grid_way_ends_where_it_starts() -> None:
     case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
-    grid = grid_search.make_grid(
-        case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180
-    )
-    for found in (grid.minimax(), grid.integral(1e-6)):
+    grid = make_grid(case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180)
+    for found in (grid_search.minimax(grid), grid_search.integral(grid, 1e-6)):
         assert found.spin[0] == found.spin[-1]
         assert found.bound <= found.objective
         turns = (found.q[-1] - found.q[0]) / (2.0 * np.pi)
@@ -58,7 +53,7 @@ def test_the_grid_finds_the_best_of_all_ways() -> None:
     case = plan_cases.case("limit_line", "fanuc_m710ic50_milling")
     path = rd.Toolpath(case.path.position[30:42:3], case.path.axis[30:42:3])
     objective = rd.ConditionNumber(case.length)
-    grid = grid_search.make_grid(case.robot, path, objective, shares(path), spins=24, window=0.6)
+    grid = make_grid(case.robot, path, objective, shares(path), spins=24, window=0.6)
     smoothness = 1e-3
     best = {"minimax": np.inf, "integral": np.inf}
     for branch in grid.branches:
@@ -68,10 +63,10 @@ def test_the_grid_finds_the_best_of_all_ways() -> None:
         value = np.stack([branch.value[i, 0, spins[i]] for i in range(4)])
         steps = np.diff(np.stack([branch.q[i, :, 0, spins[i]] for i in range(4)]), axis=0)
         steps = np.where(branch.wide, np.angle(np.exp(1j * steps)), steps)
-        kept = np.isfinite(value).all(axis=0) & (np.abs(steps) <= grid_search.JUMP).all(axis=(0, 2))
+        kept = np.isfinite(value).all(axis=0) & (np.abs(steps) <= JUMP).all(axis=(0, 2))
         motion = ((steps**2).sum(axis=2) / grid.shares[:, None]).sum(axis=0)
         best["minimax"] = min(best["minimax"], value.max(axis=0)[kept].min(initial=np.inf))
         cost = grid.weights @ np.where(np.isfinite(value), value, 0.0) + smoothness * motion
         best["integral"] = min(best["integral"], cost[kept].min(initial=np.inf))
-    assert grid.minimax().objective == pytest.approx(best["minimax"], rel=1e-12)
-    assert grid.integral(smoothness).objective == pytest.approx(best["integral"], rel=1e-12)
+    assert grid_search.minimax(grid).objective == pytest.approx(best["minimax"], rel=1e-12)
+    assert grid_search.integral(grid, smoothness).objective == pytest.approx(best["integral"], rel=1e-12)

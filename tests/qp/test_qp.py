@@ -176,7 +176,7 @@ def test_beside_scipys_general_solver() -> None:
 @pytest.mark.parametrize("name", ["daqp", "proxqp", "clarabel"])
 def test_beside_other_solvers(name: str) -> None:
     pytest.importorskip("proxsuite" if name == "proxqp" else name)
-    from tests import soak_qp
+    from tests.soak import qp as soak_qp
 
     solve: Callable[[Programme], soak_qp.Answer] = getattr(soak_qp, name)()
     for seed in range(200):

@@ -11,7 +11,7 @@ import pytest
 import redundancy as rd
 
 from tests.reference.chain import F64
-from tests.test_quadratic import MANIPULABILITY, PANDA, QUICK, TWIST, Q, posture
+from tests.resolve.test_quadratic import MANIPULABILITY, PANDA, QUICK, TWIST, Q, posture
 
 
 def test_out() -> None:

@@ -9,7 +9,9 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 
-ORACLE: dict[str, Any] = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))
+ORACLE: dict[str, Any] = json.loads(
+    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
+)
 HELIX = ORACLE["helix"]
 LENGTH = float(HELIX["length_m"])
 POINTWISE = np.array(HELIX["pointwise_minimum_kappa"])

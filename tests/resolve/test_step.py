@@ -10,9 +10,9 @@ import redundancy as rd
 from hypothesis import given
 from hypothesis import strategies as st
 
-HELIX: dict[str, Any] = json.loads((Path(__file__).parent / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))[
-    "helix"
-]
+HELIX: dict[str, Any] = json.loads(
+    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
+)["helix"]
 LENGTH = float(HELIX["length_m"])
 FANUC = rd.robots.get("fanuc_m710ic50_milling")
 DT = 1e-3

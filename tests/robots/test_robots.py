@@ -79,7 +79,7 @@ def test_limits_of_data_sheets(name: str, joint: int) -> None:
 
 
 def test_panda_equals_its_urdf() -> None:
-    urdf = rd.Robot.from_urdf(Path(__file__).parent / "data" / "panda.urdf")
+    urdf = rd.Robot.from_urdf(Path(__file__).parents[1] / "data" / "panda.urdf")
     robot = rd.robots.get("panda")
     for q in np.random.default_rng(0).uniform(-2, 2, (20, 7)):
         np.testing.assert_allclose(robot.jacobian(q), urdf.jacobian(q), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Inverse kinematics at length: `python -m tests.soak_inverse` prints tables and fails if a bar is missed.
+"""Inverse kinematics at length: `python -m tests.soak inverse` prints tables and fails if a bar is missed.
 
 Bars: the posture a pose was made from is among the solutions, to 1e-9 rad where there is a closed form and to 1e-7 rad
 in at least 999 of 1000 postures of any other arm; every solution takes the tool to the pose to 1e-9; none comes twice.
@@ -11,7 +11,6 @@ avoided it and it fails no bar.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -207,7 +206,3 @@ def main(arguments: list[str] | None = None) -> int:
         ]
     print("\n".join(_tables(rows)))
     return 0 if all(row.passed for row in rows) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

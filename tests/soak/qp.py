@@ -1,4 +1,4 @@
-"""Quadratic programmes at length: `python -m tests.soak_qp` prints a table and fails if a bar is missed.
+"""Quadratic programmes at length: `python -m tests.soak qp` prints a table and fails if a bar is missed.
 
 A hundred thousand random strictly convex programmes (`tests.reference.programmes` states the generator) beside daqp,
 proxqp and clarabel (dependency group qp; those that are not installed are left out).
@@ -257,7 +257,3 @@ def main(arguments: list[str] | None = None) -> int:
         rows = run(options.count, options.seed, advance)
     print("\n".join(_tables(rows)))
     return 1 if any(row.solver == "ours" and (row.far or row.unproved) for row in rows) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -9,14 +9,11 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 
-from tests.reference.pages import load
-
-pytest.importorskip("matplotlib")
-duf: Any = load("dufour_cases")
-runs: Any = load("dufour_runs")
+from evidence.dufour import cases as duf
+from evidence.dufour import derivatives, runs
 
 F64 = NDArray[np.float64]
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 TEN, FOURTEEN = 1e5, 10.0**5 * 10.0 ** (5 / 6)
 """Alpha for (10), and the single one for (14), of the grid of the page."""
 
@@ -191,15 +188,17 @@ def test_equality_oscillates_for_large_alpha_as_the_page_tells() -> None:
 def test_derivatives() -> None:
     q = runs.random_postures(200)
     exact = runs.INDEX.evaluate_many(duf.robot(), q, 2)
-    coarse, fine = (runs.differences(q, step) for step in (1e-3, 1e-4))
-    assert np.median(runs.relative(fine[0], exact[1])) < 1e-7
-    assert np.median(runs.relative(fine[1], exact[2])) < 1e-6
+    coarse, fine = (derivatives.differences(q, step) for step in (1e-3, 1e-4))
+    assert np.median(derivatives.relative(fine[0], exact[1])) < 1e-7
+    assert np.median(derivatives.relative(fine[1], exact[2])) < 1e-6
     # Of second order.
-    ratio = np.median(runs.relative(coarse[0], exact[1]) / runs.relative(fine[0], exact[1]))
+    ratio = np.median(derivatives.relative(coarse[0], exact[1]) / derivatives.relative(fine[0], exact[1]))
     assert ratio == pytest.approx(100.0, rel=0.05)
     motion = runs.follow(runs.program("curvature", TEN), duf.vertical_line()).q
     hessian = runs.INDEX.evaluate_many(duf.robot(), motion, 2)[2]
-    direct, printed = (np.median(runs.relative(-runs.bfgs(motion, flag)[0], hessian)[2:]) for flag in (False, True))
+    direct, printed = (
+        np.median(derivatives.relative(-derivatives.bfgs(motion, flag)[0], hessian)[2:]) for flag in (False, True)
+    )
     assert direct < 3.0
     assert printed > 1e3
 
@@ -215,9 +214,11 @@ def test_derivatives_lead_to_the_same_motion() -> None:
 
 
 def test_every_table_and_picture_of_the_page_is_written_by_the_script() -> None:
+    pytest.importorskip("matplotlib")
+    from evidence.dufour import reproduce
+
     page = (DOCS / "reproduction_dufour.md").read_text(encoding="utf-8")
-    load("dufour_figures")  # the script imports its neighbour
-    sections = [section.__name__ for section in load("reproduce_dufour").SECTIONS]
+    sections = [section.__name__ for section in reproduce.SECTIONS]
     assert re.findall(r"<!-- (\w+) -->", page) == re.findall(r"<!-- end of (\w+) -->", page)
     assert sorted(re.findall(r"<!-- (\w+) -->", page)) == sorted(sections)
     for picture in re.findall(r"\(img/(\w+\.svg)\)", page):

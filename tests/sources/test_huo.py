@@ -1,7 +1,5 @@
-"""The examples of Huo (2009), as docs/reproduce_huo.py computes them: what the page docs/reproduction_huo.md claims."""
+"""The examples of Huo (2009), as `evidence.huo` computes them: what the page docs/reproduction_huo.md claims."""
 
-import importlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +7,8 @@ import pytest
 import redundancy as rd
 from redundancy import weights
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+from evidence.huo import cases as huo
+from evidence.huo import runs
 
 CASES = ("puma_pipe", "m16ib_sphere_edge", "m710_cylinders", "m710_rectangle", "m16ib_oblique", "tilted")
 METHODS = (
@@ -24,22 +23,7 @@ METHODS = (
 
 
 @pytest.fixture(scope="module")
-def huo() -> Any:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(DOCS))
-        return importlib.import_module("huo_cases")
-
-
-@pytest.fixture(scope="module")
-def runs(huo: Any) -> Any:
-    pytest.importorskip("matplotlib")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(DOCS))
-        return importlib.import_module("huo_figures")
-
-
-@pytest.fixture(scope="module")
-def cases(huo: Any) -> dict[str, Any]:
+def cases() -> dict[str, Any]:
     built = {build.__name__: build() for build in huo.BUILDERS}
     return {**built, "tilted": huo.m710_cylinders(np.pi / 3)}
 
@@ -47,7 +31,7 @@ def cases(huo: Any) -> dict[str, Any]:
 # --- PUMA -------------------------------------------------------------------------------------------------------------
 
 
-def test_without_resolution_joint_6_winds_up(runs: Any, cases: dict[str, Any]) -> None:
+def test_without_resolution_joint_6_winds_up(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
     found = runs.unresolved(case)
     assert not found.unreachable
@@ -58,7 +42,7 @@ def test_without_resolution_joint_6_winds_up(runs: Any, cases: dict[str, Any]) -
     assert found.limit_margin < -np.pi
 
 
-def test_twist_decomposition_repeats_bounded_turns(runs: Any, cases: dict[str, Any]) -> None:
+def test_twist_decomposition_repeats_bounded_turns(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
     found = runs.run(runs.puma_solver(case, rd.TwistDecomposition), case, runs.pipe(case, 100, turns=3))
     assert not found.unreachable
@@ -72,7 +56,7 @@ def test_twist_decomposition_repeats_bounded_turns(runs: Any, cases: dict[str, A
     assert np.abs(np.diff(two, axis=0)).max() < 0.35
 
 
-def test_virtual_joint_is_fast_in_every_turn(runs: Any, cases: dict[str, Any]) -> None:
+def test_virtual_joint_is_fast_in_every_turn(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
     found = runs.run(runs.puma_solver(case, rd.VirtualJoint), case)
     assert not found.unreachable
@@ -80,7 +64,7 @@ def test_virtual_joint_is_fast_in_every_turn(runs: Any, cases: dict[str, Any]) -
         assert np.abs(np.diff(turn, axis=0)).max() > 1.0
 
 
-def test_refined_path_is_the_path_of_the_case(runs: Any, cases: dict[str, Any]) -> None:
+def test_refined_path_is_the_path_of_the_case(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
     path = runs.pipe(case, 100)
     np.testing.assert_allclose(path.position, case.path.position, rtol=0, atol=1e-14)
@@ -91,7 +75,7 @@ def test_refined_path_is_the_path_of_the_case(runs: Any, cases: dict[str, Any]) 
 PRINTED = np.array([9.4712e-8, 9.2936e-6])  # Table 3.2, mean errors of position [m] and orientation [rad]
 
 
-def test_errors_of_table_3_2(runs: Any, cases: dict[str, Any]) -> None:
+def test_errors_of_table_3_2(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
     # Exactly 20 iterations for each segment, no correction.
     both, _ = runs.mean_errors(case, rd.TwistDecomposition, 2000, 0.1)
@@ -106,7 +90,7 @@ def test_errors_of_table_3_2(runs: Any, cases: dict[str, Any]) -> None:
 # --- paths ------------------------------------------------------------------------------------------------------------
 
 
-def followed(runs: Any, name: str, case: Any, method: Any) -> rd.Trajectory:
+def followed(name: str, case: Any, method: Any) -> rd.Trajectory:
     """20 iterations where the pull is strong and the path passes singularities, else 3; then corrections."""
     if name == "puma_pipe":
         # The limits of the file are not those of the thesis: weights that keep them cannot follow.
@@ -122,9 +106,9 @@ REACHED = [(name, method) for name in CASES for method in METHODS]
 
 
 @pytest.mark.parametrize(("name", "method"), REACHED, ids=lambda value: getattr(value, "__name__", value))
-def test_paths_are_followed(runs: Any, cases: dict[str, Any], name: str, method: Any) -> None:
+def test_paths_are_followed(cases: dict[str, Any], name: str, method: Any) -> None:
     case = cases[name]
-    found = followed(runs, name, case, method)
+    found = followed(name, case, method)
     assert not found.unreachable
     # Measured here, not by the solver.
     poses = case.robot.fk(found.q)
@@ -133,44 +117,44 @@ def test_paths_are_followed(runs: Any, cases: dict[str, Any], name: str, method:
     assert ((poses[:, :3, 2] * case.path.axis).sum(axis=1) > 0.0).all()
 
 
-def test_methods_that_lose_their_way_find_the_target(runs: Any, cases: dict[str, Any]) -> None:
+def test_methods_that_lose_their_way_find_the_target(cases: dict[str, Any]) -> None:
     # Task priority does not spin the tool if it can help it, and the PUMA's path without spin is out of reach: the
     # damped Newton behind it spins as much as is needed.
     case = cases["puma_pipe"]
     path = case.path.without_spin(case.robot.fk(case.start)[:3, :3])
     solver = rd.OrthogonalSQP(case.robot, rd.Task.full(), rd.JointLimits(), limits=False)
     assert rd.follow(solver, path, case.start, progress=False).unreachable
-    assert not followed(runs, "puma_pipe", case, rd.TaskPriority).unreachable
+    assert not followed("puma_pipe", case, rd.TaskPriority).unreachable
     assert not rd.follow(
         rd.TwistDecomposition(case.robot, case.task), case.path, case.start, progress=False
     ).unreachable
 
 
-def test_methods_of_the_same_least_squares_problem_agree(runs: Any, cases: dict[str, Any]) -> None:
+def test_methods_of_the_same_least_squares_problem_agree(cases: dict[str, Any]) -> None:
     case = cases["m16ib_sphere_edge"]
-    q = followed(runs, case.name, case, rd.GradientProjection).q
+    q = followed(case.name, case, rd.GradientProjection).q
     for method in (rd.Householder, rd.Elimination):
-        np.testing.assert_allclose(followed(runs, case.name, case, method).q, q, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(followed(case.name, case, method).q, q, rtol=0, atol=1e-9)
 
 
 # --- limits and weights -----------------------------------------------------------------------------------------------
 
 
-def test_sphere_edge_stays_within_limits_with_twist_decomposition(runs: Any, cases: dict[str, Any]) -> None:
+def test_sphere_edge_stays_within_limits_with_twist_decomposition(cases: dict[str, Any]) -> None:
     case = cases["m16ib_sphere_edge"]
     assert runs.unresolved(case).limit_margin < -3.0
     found = runs.run(rd.TwistDecomposition(case.robot, case.task, runs.SPHERE), case)
     assert found.limit_margin > 0.3
 
 
-def test_cylinders_stay_within_limits(runs: Any, cases: dict[str, Any]) -> None:
+def test_cylinders_stay_within_limits(cases: dict[str, Any]) -> None:
     assert runs.unresolved(cases["m710_cylinders"]).limit_margin < -1.0
     for name, found in runs.welding().items():
         assert not found.unreachable, name
         assert (found.limit_margin > 0.0) == (name != "no resolution"), name
 
 
-def test_second_test_is_better_than_the_first(runs: Any) -> None:
+def test_second_test_is_better_than_the_first() -> None:
     one, two = (runs.Measures.of(runs.welding()[f"Test {i}"]) for i in ("I", "II"))
     assert two.kappa < 0.7 * one.kappa
     assert two.manipulability > 1.5 * one.manipulability
@@ -178,7 +162,7 @@ def test_second_test_is_better_than_the_first(runs: Any) -> None:
     assert two.speed_4 < 0.75 * one.speed_4
 
 
-def test_heuristic_weights_reduce_the_range_of_joint_6_alone(runs: Any) -> None:
+def test_heuristic_weights_reduce_the_range_of_joint_6_alone() -> None:
     two, three = (runs.Measures.of(runs.welding()[f"Test {i}"]) for i in ("II", "III"))
     four = runs.Measures.of(runs.welding()["Test IV, printed weights"])
     assert four.range_6 < three.range_6 < 0.8 * two.range_6
@@ -186,14 +170,14 @@ def test_heuristic_weights_reduce_the_range_of_joint_6_alone(runs: Any) -> None:
     assert three.singularity > two.singularity
 
 
-def test_adapted_weights_raise_the_manipulability(runs: Any) -> None:
+def test_adapted_weights_raise_the_manipulability() -> None:
     two = runs.Measures.of(runs.welding()["Test II"])
     four = runs.Measures.of(runs.welding()["Test IV, `self_adapt`"])
     assert four.manipulability > 2.4 * two.manipulability
     assert four.singularity < 0.5 * two.singularity
 
 
-def test_sqp_reaches_the_least_condition_number(runs: Any) -> None:
+def test_sqp_reaches_the_least_condition_number() -> None:
     found = {name: t.condition_number for name, t in runs.welding().items()}
     assert found["SQP"].max() < min(kappa.max() for name, kappa in found.items() if name != "SQP")
 
@@ -206,9 +190,7 @@ def test_sqp_reaches_the_least_condition_number(runs: Any) -> None:
         ("m16ib_oblique", "oblique", {3, 5}, 3),
     ],
 )
-def test_three_lies_of_the_tool(
-    runs: Any, cases: dict[str, Any], name: str, lie: str, joints: set[int], improved: int
-) -> None:
+def test_three_lies_of_the_tool(cases: dict[str, Any], name: str, lie: str, joints: set[int], improved: int) -> None:
     found = runs.adapt(cases[name])
     before, after = found.history[0].performance, found.performance
     assert found.sensitivity.case == lie
@@ -221,7 +203,7 @@ def test_three_lies_of_the_tool(
     assert after.manipulability > before.manipulability
 
 
-def test_dynamic_adaptation_of_the_tilted_tool(runs: Any) -> None:
+def test_dynamic_adaptation_of_the_tilted_tool() -> None:
     found = runs.tilted()
     a, b, c = (found[name] for name in ("A", "B", "C by `dynamic_adapt`"))
     assert a.limit_margin < 0.0  # joint 5, as in section 6.3.1

@@ -1,4 +1,4 @@
-"""The example tasks of Huo's thesis, `docs/huo_cases.py`, checked from outside: geometry, starts and reach."""
+"""The example tasks of Huo's thesis, `evidence.huo.cases`, checked from outside: geometry, starts and reach."""
 
 from typing import Any
 
@@ -8,12 +8,10 @@ import redundancy as rd
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from tests.reference.pages import load
+from evidence.huo import cases as huo
 
 F64 = NDArray[np.float64]
 
-
-huo: Any = load("huo_cases")
 CASES = {build.__name__: build() for build in huo.BUILDERS}
 CASES["m710_cylinders_tilted"] = huo.m710_cylinders(np.pi / 3)
 MIDDLES = {"puma_pipe": np.deg2rad([90.0, -60.0, 180.0, 45.0, 60.0, 180.0])}  # (3.18)

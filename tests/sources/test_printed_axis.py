@@ -11,22 +11,14 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 
+from evidence.leger.reproduce import printed_axis
+
 F64 = NDArray[np.float64]
 
 FANUC = rd.robots.get("fanuc_m710ic50_milling")
 LENGTH = 0.4855933
 POSITION, AXIS = np.array([1.05, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])  # (4.36)
 PRINTED = np.array([29.9052, 23.2777, 0.9907, -56.6009, -83.3305, 102.7566])  # (4.37)
-
-
-def printed_axis(q: F64) -> F64:
-    """Axis e_6 turned by -60 deg about y = -((e_5 x e_6) x e_6), as in the appendix."""
-    e5, e6 = FANUC.jacobian(q)[:3, 4:].T
-    y = -np.cross(np.cross(e5, e6), e6)
-    y /= np.linalg.norm(y)
-    angle = np.deg2rad(-60.0)
-    axis: F64 = np.cos(angle) * e6 + np.sin(angle) * np.cross(y, e6) + (1 - np.cos(angle)) * (y @ e6) * y
-    return axis
 
 
 def constraints(q: F64) -> F64:
@@ -45,6 +37,15 @@ def nearest_on_target(q: F64) -> F64:
     assert np.abs(constraints(q)).max() < 1e-14
     assert printed_axis(q) @ AXIS > 0
     return q
+
+
+def test_axis_is_that_of_the_appendix() -> None:
+    """The turn is about a direction across e_6, so it stays in the plane of e_6 and e_5 x e_6."""
+    for q in np.random.default_rng(0).uniform(-2.0, 2.0, (20, 6)):
+        e5, e6 = (FANUC.link_frames(q)[i, :3, 2] for i in (3, 4))
+        normal = np.cross(e5, e6)
+        expected = 0.5 * e6 - np.sqrt(0.75) * normal / np.linalg.norm(normal)
+        np.testing.assert_allclose(printed_axis(q), expected, rtol=0, atol=1e-12)
 
 
 def test_printed_posture_is_reproduced() -> None:

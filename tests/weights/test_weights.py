@@ -10,7 +10,7 @@ import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import weights as rw
 
-from tests.reference.pages import load
+from evidence.huo import cases as huo
 
 F64 = NDArray[np.float64]
 FANUC = rd.robots.get("fanuc_m710ic50")
@@ -348,7 +348,7 @@ def test_weights_that_do_not_vary_follow_as_fixed_ones() -> None:
 
 
 def test_welded_cylinders_of_the_thesis() -> None:
-    case = load("huo_cases").m710_cylinders(math.pi / 3)
+    case = huo.m710_cylinders(math.pi / 3)
     tuned = rw.self_adapt(case.robot, case.path, case.task, start=case.start, max_runs=40, progress=False)
     assert rw.better(tuned.performance, tuned.history[0].performance)
     assert tuned.performance.within_limits
