@@ -10,6 +10,8 @@ import redundancy as rd
 from click.testing import CliRunner, Result
 from redundancy.cli import main
 
+from tests.reference.files import read_json
+
 JOB = """robot = "fanuc_m710ic50_milling"
 [objective]
 length_mm = 485.5933
@@ -45,7 +47,7 @@ def test_solve(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert sorted(entry.name for entry in out.iterdir()) == ["trajectory.csv", "trajectory.json", "trajectory.pathx"]
     content = json.loads((out / "trajectory.json").read_text(encoding="utf-8"))
-    reference = json.loads((Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8"))
+    reference = read_json("leger_fanuc.json")
     # Every fifth of the 101 points.
     wanted = reference["helix"]["pointwise_minimum_kappa"][::5]
     np.testing.assert_allclose(content["columns"]["condition_number"], wanted, atol=1e-6)

@@ -13,6 +13,8 @@ from redundancy import cli
 from redundancy._trajectory_readers import read_trajectory
 from redundancy.job import read_job
 
+from tests.reference.files import EXAMPLES
+
 JOB = """robot = "fanuc_m710ic50_milling"
 [objective]
 length_mm = 485.5933
@@ -29,7 +31,6 @@ points = 15
 duration_s = 10
 """
 PLAN = JOB + "[plan]\n"
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def run(*arguments: object) -> Result:

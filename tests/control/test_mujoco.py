@@ -2,16 +2,16 @@
 
 import importlib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import redundancy as rd
 
+from tests.reference.files import EXAMPLES
+
 mujoco = pytest.importorskip("mujoco")
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS = [("panda", "line"), ("baxter_left", "taught")]
 
 

@@ -1,7 +1,5 @@
 """Postures of minimum condition number against the thesis' FANUC (`data/leger_fanuc.json`) and an isotropic arm."""
 
-import json
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -9,9 +7,9 @@ import pytest
 import redundancy as rd
 from redundancy import _core
 
-ORACLE: dict[str, Any] = json.loads(
-    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
-)
+from tests.reference.files import read_json
+
+ORACLE: dict[str, Any] = read_json("leger_fanuc.json")
 BEST = ORACLE["minimum_condition_number"]
 START = np.deg2rad([0.0, 20.0, -20.0, 0.0, -90.0, 0.0])
 LENGTH0 = 0.2985933

@@ -8,7 +8,6 @@ rounding the joint angles alone costs.
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,10 +16,10 @@ from numpy.typing import NDArray
 from redundancy import ConditionNumber, Robot
 
 from tests.reference.condition_mpmath import reference
+from tests.reference.files import DATA
 
 F64: TypeAlias = NDArray[np.float64]
 
-DATA = Path(__file__).parents[1] / "data"
 SQUARE = np.array([10.0, 20.0, 40.0])
 REDUNDANT = np.array([20.0, 40.0, 100.0])
 LIVE = range(50, 1000, 95)

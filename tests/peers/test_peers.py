@@ -1,14 +1,14 @@
 """Kinematics against pinocchio (two URDF chains, live) and the Robotics Toolbox for Python 1.5.0 (`data/rtb.json`)."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from redundancy import Manipulability, Robot
 
-DATA = Path(__file__).parents[1] / "data"
+from tests.reference.files import DATA
+
 ANGULAR_FIRST = [3, 4, 5, 0, 1, 2]
 CHAINS = {"ur5": ("base_link", "tool0"), "panda": ("panda_link0", "panda_link8")}
 ROBOTS: list[dict[str, Any]] = json.loads((DATA / "rtb.json").read_text(encoding="utf-8"))["robots"]

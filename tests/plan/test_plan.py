@@ -1,6 +1,5 @@
 """Plans of whole paths: the reference of the thesis' helix, and what every plan has to keep."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +8,10 @@ import redundancy as rd
 
 from evidence.planner import cases
 from tests.reference.chain import F64
+from tests.reference.files import read_json
 from tests.reference.plans import KAPPA, ROBOT, check, circle, helix, line, speed_share
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text())["helix"]
+REFERENCE = read_json("leger_fanuc.json")["helix"]
 
 
 def test_helix_of_the_thesis() -> None:

@@ -1,7 +1,5 @@
 """Orthogonal SQP: the thesis' helix against the minima of `data/leger_fanuc.json`, other arms by perturbation."""
 
-import json
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -9,9 +7,9 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 
-ORACLE: dict[str, Any] = json.loads(
-    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
-)
+from tests.reference.files import read_json
+
+ORACLE: dict[str, Any] = read_json("leger_fanuc.json")
 HELIX = ORACLE["helix"]
 LENGTH = float(HELIX["length_m"])
 POINTWISE = np.array(HELIX["pointwise_minimum_kappa"])

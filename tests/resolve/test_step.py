@@ -1,7 +1,5 @@
 """Closed-loop rate steps: the helix at 1 kHz against its pointwise minima, limits, every kind of singularity."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +8,9 @@ import redundancy as rd
 from hypothesis import given
 from hypothesis import strategies as st
 
-HELIX: dict[str, Any] = json.loads(
-    (Path(__file__).parents[1] / "data" / "leger_fanuc.json").read_text(encoding="utf-8")
-)["helix"]
+from tests.reference.files import read_json
+
+HELIX: dict[str, Any] = read_json("leger_fanuc.json")["helix"]
 LENGTH = float(HELIX["length_m"])
 FANUC = rd.robots.get("fanuc_m710ic50_milling")
 DT = 1e-3

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.reference.chain import F64, Chain, chains, random_frame
+from tests.reference.files import DATA
 
 KINDS = {
     "abb_irb120": "RRRRRR",
@@ -79,7 +80,7 @@ def test_limits_of_data_sheets(name: str, joint: int) -> None:
 
 
 def test_panda_equals_its_urdf() -> None:
-    urdf = rd.Robot.from_urdf(Path(__file__).parents[1] / "data" / "panda.urdf")
+    urdf = rd.Robot.from_urdf(DATA / "panda.urdf")
     robot = rd.robots.get("panda")
     for q in np.random.default_rng(0).uniform(-2, 2, (20, 7)):
         np.testing.assert_allclose(robot.jacobian(q), urdf.jacobian(q), atol=1e-12)
