@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from redundancy import ConditionNumber, Robot
 
-from tests.reference.condition_mpmath import reference
+from tests.reference.condition.index import reference
 from tests.reference.files import DATA
 
 F64: TypeAlias = NDArray[np.float64]

@@ -3,13 +3,13 @@
 import sys
 from collections.abc import Callable
 
-from tests.reference import condition_mpmath
+from tests.reference.condition import __main__ as condition
 from tests.soak import inverse, qp
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
     "qp": qp.main,
-    "condition": lambda arguments: condition_mpmath.main(["--check", *arguments]),
+    "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 
 

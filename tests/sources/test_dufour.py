@@ -1,7 +1,6 @@
 """The scenarios of Dufour and Suleiman (2020): claims of docs/reproduction_dufour.md, on a part of its runs."""
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,9 @@ from numpy.typing import NDArray
 
 from evidence.dufour import cases as duf
 from evidence.dufour import derivatives, runs
+from evidence.pages import DOCS
 
 F64 = NDArray[np.float64]
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 TEN, FOURTEEN = 1e5, 10.0**5 * 10.0 ** (5 / 6)
 """Alpha for (10), and the single one for (14), of the grid of the page."""
 
@@ -196,9 +195,8 @@ def test_derivatives() -> None:
     assert ratio == pytest.approx(100.0, rel=0.05)
     motion = runs.follow(runs.program("curvature", TEN), duf.vertical_line()).q
     hessian = runs.INDEX.evaluate_many(duf.robot(), motion, 2)[2]
-    direct, printed = (
-        np.median(derivatives.relative(-derivatives.bfgs(motion, flag)[0], hessian)[2:]) for flag in (False, True)
-    )
+    learnt = (derivatives.bfgs(motion, flag)[0] for flag in (False, True))
+    direct, printed = (np.median(derivatives.relative(-matrix, hessian)[2:]) for matrix in learnt)
     assert direct < 3.0
     assert printed > 1e3
 

@@ -1,4 +1,4 @@
-"""The page docs/reproduction_leger.md, and the count of operations on docs/indices.md, show what `evidence` computes."""
+"""docs/reproduction_leger.md and the count of operations on docs/indices.md show what `evidence` computes."""
 
 import pytest
 
