@@ -100,7 +100,9 @@ def normalised(a: Matrix) -> Matrix:
 
 def pseudo_inverse(a: Matrix) -> Matrix:
     """Return the columns of the inverse by Gram-Schmidt without square roots, every row orthogonalised twice."""
-    o, square, reciprocal = [list(row) for row in a], [], []
+    o = [list(row) for row in a]
+    square: Vector = []
+    reciprocal: Vector = []
     u = [[Number(0.0)] * N for _ in range(N)]
     for k in range(N):
         vector = list(o[k])
@@ -275,8 +277,8 @@ def count() -> Ledger:
     """Count, and check that what was counted is right."""
     robot = rd.robots.get("fanuc_m710ic50_milling")
     q = np.array([0.3, 0.7, -0.4, 0.9, -1.1, 0.5])
-    ledger, *results = condition(robot.jacobian(q))
-    check(*results, robot, q)
+    ledger, value, gradient, hessian = condition(robot.jacobian(q))
+    check(value, gradient, hessian, robot, q)
     return ledger
 
 

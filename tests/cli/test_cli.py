@@ -7,43 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import redundancy as rd
-from click.testing import CliRunner, Result
-from redundancy.cli import main
 
+from tests.cli.jobs import JOB, job, run
 from tests.reference.files import read_json
-
-JOB = """robot = "fanuc_m710ic50_milling"
-[objective]
-length_mm = 485.5933
-weights = { condition_number_squared = 1.0 }
-[task]
-kind = "axisymmetric"
-axis = [0, 0, 1]
-[path.helix]
-radius_mm = 250
-pitch_mm_per_rad = 159.15494309189535
-start_deg = 0
-stop_deg = 90
-offset_deg = 180
-center_mm = [1300, 1000, 0]
-points = 21
-duration_s = 10
-"""
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
-
-
-def job(folder: Path, text: str = JOB) -> Path:
-    file = folder / "job.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
 
 
 def test_solve(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    result = run("solve", job(tmp_path), "--out", out, "--no-pictures")
+    result = run("solve", job(tmp_path, JOB), "--out", out, "--no-pictures")
     assert result.exit_code == 0, result.output
     assert sorted(entry.name for entry in out.iterdir()) == ["trajectory.csv", "trajectory.json", "trajectory.pathx"]
     content = json.loads((out / "trajectory.json").read_text(encoding="utf-8"))
@@ -58,7 +29,7 @@ def test_solve(tmp_path: Path) -> None:
 def test_solve_draws(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     out = tmp_path / "out"
-    result = run("solve", job(tmp_path), "--out", out)
+    result = run("solve", job(tmp_path, JOB), "--out", out)
     assert result.exit_code == 0, result.output
     names = {entry.name for entry in out.iterdir()}
     assert {f"{name}.{ending}" for name in ("condition", "joints", "spin") for ending in ("png", "svg")} <= names
@@ -119,7 +90,7 @@ def test_errors_on_the_way_leave_the_old_files(tmp_path: Path, monkeypatch: pyte
         raise OSError(28, "No space left on device", "trajectory.json")
 
     monkeypatch.setitem(__import__("redundancy._trajectory_files", fromlist=["FORMATS"]).FORMATS, ".json", fail)
-    result = run("solve", job(tmp_path), "--out", out, "--no-pictures")
+    result = run("solve", job(tmp_path, JOB), "--out", out, "--no-pictures")
     assert result.exit_code == 2
     assert "No space left" in result.stderr
     assert [entry.name for entry in out.iterdir()] == ["trajectory.csv"]

@@ -8,39 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 import redundancy as rd
-from click.testing import CliRunner, Result
 from redundancy import cli
 from redundancy._trajectory_readers import read_trajectory
 from redundancy.job import read_job
 
+from tests.cli.jobs import JOB, job, run
 from tests.reference.files import EXAMPLES
 
-JOB = """robot = "fanuc_m710ic50_milling"
-[objective]
-length_mm = 485.5933
-[task]
-kind = "axisymmetric"
-[path.helix]
-radius_mm = 250
-pitch_mm_per_rad = 159.15494309189535
-start_deg = 0
-stop_deg = 90
-offset_deg = 180
-center_mm = [1300, 1000, 0]
-points = 15
-duration_s = 10
-"""
-PLAN = JOB + "[plan]\n"
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli.main, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
-
-
-def job(folder: Path, text: str = JOB) -> Path:
-    file = folder / "job.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
+SHORT = (
+    JOB.replace("weights = { condition_number_squared = 1.0 }\n", "")
+    .replace("axis = [0, 0, 1]\n", "")
+    .replace("points = 21", "points = 15")
+)
+"""The job with 15 points, and what a job need not say left out."""
+PLAN = SHORT + "[plan]\n"
 
 
 def line(folder: Path, stop: float, **path: float) -> Path:
@@ -60,7 +41,7 @@ def numbers(file: Path) -> tuple[dict[str, list[float]], list[str]]:
 
 @pytest.mark.parametrize("criterion", ["minimax", "integral", "motion"])
 def test_plan(tmp_path: Path, criterion: str) -> None:
-    out, file = tmp_path / "out", job(tmp_path)
+    out, file = tmp_path / "out", job(tmp_path, SHORT)
     result = run("plan", file, "--out", out, "--no-pictures", "--criterion", criterion)
     assert result.exit_code == 0, result.output
     assert sorted(entry.name for entry in out.iterdir()) == ["trajectory.csv", "trajectory.json", "trajectory.pathx"]
@@ -80,7 +61,7 @@ def test_plan(tmp_path: Path, criterion: str) -> None:
 
 def test_json_equals_csv(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert run("plan", job(tmp_path), "--out", out, "--no-pictures").exit_code == 0
+    assert run("plan", job(tmp_path, SHORT), "--out", out, "--no-pictures").exit_code == 0
     columns, status = numbers(out / "trajectory.csv")
     content = json.loads((out / "trajectory.json").read_text(encoding="utf-8"))
     del columns["point"]
@@ -91,7 +72,7 @@ def test_json_equals_csv(tmp_path: Path) -> None:
 def test_plan_draws(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     out = tmp_path / "out"
-    result = run("plan", job(tmp_path), "--out", out)
+    result = run("plan", job(tmp_path, SHORT), "--out", out)
     assert result.exit_code == 0, result.output
     names = {entry.name for entry in out.iterdir()}
     pictures = {f"{name}.{end}" for name in ("condition", "joints", "spin", "map") for end in ("png", "svg")}
@@ -195,7 +176,7 @@ def test_bad_settings_name_file_and_key(tmp_path: Path, command: str, text: str,
     ],
 )
 def test_what_cannot_be_planned_names_the_file(tmp_path: Path, old: str, new: str, message: str) -> None:
-    file = job(tmp_path, JOB.replace(old, new))
+    file = job(tmp_path, SHORT.replace(old, new))
     result = run("plan", file, "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert re.fullmatch(rf"error: {re.escape(str(file))}: .*{message}.*\n", result.stderr)
@@ -220,7 +201,7 @@ def test_unreachable_stretch_names_point_and_cause(tmp_path: Path) -> None:
 
 
 def test_no_point_at_all(tmp_path: Path) -> None:
-    file = job(tmp_path, JOB.replace("[1300, 1000, 0]", "[9300, 1000, 0]"))
+    file = job(tmp_path, SHORT.replace("[1300, 1000, 0]", "[9300, 1000, 0]"))
     result = run("plan", file, "--out", tmp_path / "out")
     assert result.exit_code == 1
     assert "0 of 15" in result.stdout
@@ -240,7 +221,7 @@ def test_too_fast_a_path_names_joint_and_speed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", ["csv", "json"])
 def test_warm_start(tmp_path: Path, ending: str) -> None:
-    assert run("plan", job(tmp_path), "--out", tmp_path / "out", "--no-pictures").exit_code == 0
+    assert run("plan", job(tmp_path, SHORT), "--out", tmp_path / "out", "--no-pictures").exit_code == 0
     before = (tmp_path / "out" / f"trajectory.{ending}").rename(tmp_path / f"before.{ending}")
     asked = read_job(job(tmp_path, PLAN + f'warm_start = "before.{ending}"\n'))
     earlier = read_trajectory(before, asked.robot)
@@ -273,7 +254,7 @@ def test_warm_start(tmp_path: Path, ending: str) -> None:
     ],
 )
 def test_bad_warm_start_names_the_file(tmp_path: Path, name: str, old: str, new: str, message: str) -> None:
-    assert run("plan", job(tmp_path), "--out", tmp_path / "out", "--no-pictures").exit_code == 0
+    assert run("plan", job(tmp_path, SHORT), "--out", tmp_path / "out", "--no-pictures").exit_code == 0
     text = (tmp_path / "out" / name.replace("before", "trajectory")).read_text(encoding="utf-8")
     assert old in text
     (tmp_path / name).write_text(text.replace(old, new, 1), encoding="utf-8")
@@ -291,7 +272,7 @@ def test_missing_warm_start(tmp_path: Path) -> None:
 
 
 def test_map(tmp_path: Path) -> None:
-    out, file = tmp_path / "out", job(tmp_path)
+    out, file = tmp_path / "out", job(tmp_path, SHORT)
     result = run("map", file, "--out", out, "--angles", 24)
     assert result.exit_code == 0, result.output
     asked = read_job(file)
@@ -316,7 +297,7 @@ def test_map(tmp_path: Path) -> None:
 def test_map_page(tmp_path: Path) -> None:
     pytest.importorskip("plotly")
     out = tmp_path / "out"
-    result = run("map", job(tmp_path), "--out", out, "--angles", 12, "--html")
+    result = run("map", job(tmp_path, SHORT), "--out", out, "--angles", 12, "--html")
     assert result.exit_code == 0, result.output
     page = (out / "map.html").read_text(encoding="utf-8")
     assert "condition number squared" in page
@@ -325,7 +306,7 @@ def test_map_page(tmp_path: Path) -> None:
 
 def test_map_page_without_plotly_tells_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cli, "find_spec", lambda name: None)
-    result = run("map", job(tmp_path), "--out", tmp_path / "out", "--html")
+    result = run("map", job(tmp_path, SHORT), "--out", tmp_path / "out", "--html")
     assert result.exit_code == 2
     assert result.stderr == "error: no page without plotly: pip install redundancy[html]\n"
     assert not (tmp_path / "out").exists()
@@ -333,7 +314,7 @@ def test_map_page_without_plotly_tells_how_to_install_it(tmp_path: Path, monkeyp
 
 def test_map_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cli, "find_spec", lambda name: None)
-    result = run("map", job(tmp_path), "--out", tmp_path / "out", "--angles", 12)
+    result = run("map", job(tmp_path, SHORT), "--out", tmp_path / "out", "--angles", 12)
     assert result.exit_code == 0
     assert "pip install redundancy[plot]" in result.stderr
     assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["map.npz"]
@@ -365,7 +346,7 @@ def test_wrong_arguments_are_one_line(arguments: tuple[str, ...]) -> None:
 
 
 def test_unknown_criterion(tmp_path: Path) -> None:
-    result = run("plan", job(tmp_path), "--criterion", "maximin")
+    result = run("plan", job(tmp_path, SHORT), "--criterion", "maximin")
     assert result.exit_code == 2
     assert "minimax" in result.stderr
 

@@ -42,6 +42,7 @@ def test_a_closed_grid_way_ends_where_it_starts() -> None:
     case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
     grid = make_grid(case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180)
     for found in (grid_search.minimax(grid), grid_search.integral(grid, 1e-6)):
+        assert found is not None
         assert found.spin[0] == found.spin[-1]
         assert found.bound <= found.objective
         turns = (found.q[-1] - found.q[0]) / (2.0 * np.pi)
@@ -68,5 +69,8 @@ def test_the_grid_finds_the_best_of_all_ways() -> None:
         best["minimax"] = min(best["minimax"], value.max(axis=0)[kept].min(initial=np.inf))
         cost = grid.weights @ np.where(np.isfinite(value), value, 0.0) + smoothness * motion
         best["integral"] = min(best["integral"], cost[kept].min(initial=np.inf))
-    assert grid_search.minimax(grid).objective == pytest.approx(best["minimax"], rel=1e-12)
-    assert grid_search.integral(grid, smoothness).objective == pytest.approx(best["integral"], rel=1e-12)
+    lowest, least = grid_search.minimax(grid), grid_search.integral(grid, smoothness)
+    assert lowest is not None
+    assert lowest.objective == pytest.approx(best["minimax"], rel=1e-12)
+    assert least is not None
+    assert least.objective == pytest.approx(best["integral"], rel=1e-12)

@@ -69,7 +69,9 @@ def test_starts_are_on_their_paths_and_within_limits(case: Any) -> None:
 
 
 def test_taught_path_passes_near_a_singularity() -> None:
-    assert manipulability(duf.near_singularity().taught).min() < 0.03
+    taught = duf.near_singularity().taught
+    assert taught is not None
+    assert manipulability(taught).min() < 0.03
 
 
 def test_classical_formula_is_equation_7() -> None:
@@ -92,7 +94,8 @@ def test_relaxed_formulae_are_above_the_classical_at_the_same_last_pose(name: st
     for motion in classical:
         assert max(off_goal(case, motion.q)) < runs.SAME_POSE
     bar = max(manipulability(motion.q).mean() for motion in classical)
-    for form, alpha in (("curvature", TEN), ("equality", FOURTEEN)):
+    forms: tuple[tuple[runs.Form, float], ...] = (("curvature", TEN), ("equality", FOURTEEN))
+    for form, alpha in forms:
         motion = runs.follow(runs.program(form, alpha), case)
         assert max(off_goal(case, motion.q)) < runs.SAME_POSE
         assert manipulability(motion.q).mean() > 1.2 * bar
@@ -123,6 +126,7 @@ def test_ball_near_the_elbow_is_avoided_and_the_goal_reached(alpha: float) -> No
     free = runs.follow(runs.program("curvature", alpha), case)
     assert distance(free.q, center).min() < -0.02
     motion = runs.beside_ball(alpha)
+    assert motion.distance is not None
     np.testing.assert_allclose(distance(motion.q, center), motion.distance, atol=1e-12)
     assert distance(dense(motion.q), center).min() >= duf.SECURITY
     assert max(off_goal(case, motion.q)) < runs.SAME_POSE

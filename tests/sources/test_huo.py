@@ -66,7 +66,7 @@ def test_virtual_joint_is_fast_in_every_turn(cases: dict[str, Any]) -> None:
 
 def test_refined_path_is_the_path_of_the_case(cases: dict[str, Any]) -> None:
     case = cases["puma_pipe"]
-    path = runs.pipe(case, 100)
+    path: Any = runs.pipe(case, 100)
     np.testing.assert_allclose(path.position, case.path.position, rtol=0, atol=1e-14)
     np.testing.assert_allclose(path.rotation, case.path.rotation, rtol=0, atol=1e-14)
     np.testing.assert_allclose(path.time, case.path.time, rtol=1e-14)
@@ -204,7 +204,7 @@ def test_three_lies_of_the_tool(cases: dict[str, Any], name: str, lie: str, join
 
 
 def test_dynamic_adaptation_of_the_tilted_tool() -> None:
-    found = runs.tilted()
+    found: dict[str, Any] = runs.tilted()
     a, b, c = (found[name] for name in ("A", "B", "C by `dynamic_adapt`"))
     assert a.limit_margin < 0.0  # joint 5, as in section 6.3.1
     assert a.margins[:, 4].min() < -np.deg2rad(10.0)

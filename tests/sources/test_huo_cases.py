@@ -12,7 +12,7 @@ from evidence.huo import cases as huo
 
 F64 = NDArray[np.float64]
 
-CASES = {build.__name__: build() for build in huo.BUILDERS}
+CASES: dict[str, Any] = {build.__name__: build() for build in huo.BUILDERS}
 CASES["m710_cylinders_tilted"] = huo.m710_cylinders(np.pi / 3)
 MIDDLES = {"puma_pipe": np.deg2rad([90.0, -60.0, 180.0, 45.0, 60.0, 180.0])}  # (3.18)
 

@@ -1,8 +1,7 @@
-"""Check the reference, or make its data file::
+"""The command line of the reference.
 
-python -m tests.reference.condition --check
-python -m tests.reference.condition --oracle condition_number.json
-python -m tests.reference.condition --write tests/data/condition_random.npz
+``python -m tests.reference.condition`` with ``--check``, ``--oracle tests/data/condition_number.json`` or
+``--write tests/data/condition_random.npz``.
 """
 
 import argparse
