@@ -42,7 +42,7 @@ def nearest_on_target(q: F64) -> F64:
 def test_axis_is_that_of_the_appendix() -> None:
     """The turn is about a direction across e_6, so it stays in the plane of e_6 and e_5 x e_6."""
     for q in np.random.default_rng(0).uniform(-2.0, 2.0, (20, 6)):
-        e5, e6 = (FANUC.link_frames(q)[i, :3, 2] for i in (3, 4))
+        e5, e6 = (FANUC.link_frames(q)[i, :3, 2] for i in (4, 5))
         normal = np.cross(e5, e6)
         expected = 0.5 * e6 - np.sqrt(0.75) * normal / np.linalg.norm(normal)
         np.testing.assert_allclose(printed_axis(q), expected, rtol=0, atol=1e-12)
