@@ -5,8 +5,11 @@
 
 pub mod banded;
 pub mod cholesky;
+pub mod damped;
 pub mod frame;
 pub mod householder;
+pub mod left_null;
+pub mod lu;
 pub mod orthogonal;
 pub mod real;
 pub mod svd;

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
-use crate::inverse::Postures;
 use crate::linalg::MAX_JOINTS;
-use crate::robot::Robot;
+use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};
 
 /// Error of a posture that counts as on target [rad, m].
@@ -124,7 +123,7 @@ pub trait Resolver: Sync {
     fn solve_best(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
         let robot = self.robot();
         let n = robot.n();
-        let mut postures = Postures::new(seed);
+        let mut postures = RandomPostures::new(seed);
         let mut best: Option<Solution> = None;
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];
@@ -133,7 +132,7 @@ pub trait Resolver: Sync {
                 continue;
             }
             let mut solution = self.solve(target, &q[..n]);
-            turn(robot, &mut solution.q[..n]);
+            robot.turn(&mut solution.q[..n]);
             let inside = !self.keeps_limits() || robot.limits().margin(&solution.q[..n]) >= -BEYOND;
             let good = solution.status != SolveStatus::Unreachable && inside;
             if good && best.as_ref().is_none_or(|best| prefers(robot, &solution, best)) {
@@ -141,15 +140,6 @@ pub trait Resolver: Sync {
             }
         }
         best
-    }
-}
-
-/// The same posture by whole turns nearest to the middle of the ranges.
-fn turn(robot: &Robot, q: &mut [f64]) {
-    for (i, angle) in q.iter_mut().enumerate() {
-        if robot.joints()[i] == crate::robot::Joint::Revolute {
-            *angle = robot.limits().turned(i, *angle);
-        }
     }
 }
 
@@ -164,7 +154,6 @@ fn prefers(robot: &Robot, a: &Solution, b: &Solution) -> bool {
     if defined(a) && !same {
         return a.value < b.value;
     }
-    let middle = |i: usize| robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle);
-    let distance = |s: &Solution| (0..robot.n()).map(|i| (s.q[i] - middle(i)).powi(2)).sum::<f64>();
+    let distance = |s: &Solution| robot.distance_from_middle(&s.q[..robot.n()]);
     distance(a) < distance(b) - SAME_DISTANCE
 }

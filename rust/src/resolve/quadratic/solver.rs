@@ -12,7 +12,7 @@ use crate::kinematics::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
-use crate::robot::{Limits, Robot};
+use crate::robot::Robot;
 use crate::task::{Directions, Task};
 use crate::with_capacity;
 
@@ -35,8 +35,6 @@ const AT_BOUND: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct QuadraticSolver {
     pub(super) robot: Arc<Robot>,
-    /// The same robot without limits, for searches that need not keep them.
-    pub(super) unlimited: Arc<Robot>,
     pub(super) task: Task,
     term: Option<IndexTerm>,
     settings: QuadraticSettings,
@@ -82,8 +80,7 @@ impl QuadraticSolver {
             }
         }
         let term = index.map(|(objective, weight)| IndexTerm { objective, weight, form, derivatives });
-        let unlimited = Arc::new(robot.with_limits(Limits::none(robot.n()))?);
-        Ok(Self { robot, unlimited, task, term, settings })
+        Ok(Self { robot, task, term, settings })
     }
 
     /// The settings.

@@ -34,14 +34,13 @@ pub struct PosturePull {
 }
 
 impl PosturePull {
-    /// Weights of both parts and the posture of the first, one number a joint: no second part if `k` is not given, the middle of the ranges (0 for
-    /// joints without) if `middle` is not. The length is that of the parameter of singularity.
+    /// Weights of both parts and the posture of the first, one number a joint: no second part if `k` is not given, the middle of the ranges
+    /// ([`Robot::middle`]) if `middle` is not. The length is that of the parameter of singularity.
     pub fn new(robot: &Robot, w: &[f64], k: Option<&[f64]>, middle: Option<&[f64]>, threshold: f64, length: f64) -> Result<Self> {
         let n = robot.n();
         let none = [0.0; MAX_JOINTS];
-        let ranges: [f64; MAX_JOINTS] =
-            std::array::from_fn(|i| if i < n { robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle) } else { 0.0 });
-        let (k, middle) = (k.unwrap_or(&none[..n]), middle.unwrap_or(&ranges[..n]));
+        let ranges = robot.middle();
+        let (k, middle) = (k.unwrap_or(&none[..n]), middle.unwrap_or(&ranges));
         for (name, values) in [("w", w), ("k", k), ("middle", middle)] {
             check_vector(name, values, n)?;
         }

@@ -88,8 +88,6 @@ impl RateSettings {
 #[derive(Debug, Clone)]
 pub struct RateSolver {
     robot: Arc<Robot>,
-    /// The same robot without limits, for searches that need not keep them.
-    unlimited: Arc<Robot>,
     task: Task,
     method: Method,
     secondary: Secondary,
@@ -193,8 +191,7 @@ impl RateSolver {
                 Some(std::array::from_fn(|i| values.get(i).copied().unwrap_or(1.0)))
             }
         };
-        let unlimited = Arc::new(robot.with_limits(Limits::none(n))?);
-        Ok(Self { robot, unlimited, task, method, secondary, weights, settings })
+        Ok(Self { robot, task, method, secondary, weights, settings })
     }
 
     /// The settings.
@@ -308,10 +305,10 @@ impl RateSolver {
         }
     }
 
-    /// Newton onto a target: whether it came there, and its steps.
-    fn restore<const C: usize>(&self, robot: &Robot, target: &Target, q: &mut [f64]) -> (bool, usize) {
+    /// Newton onto a target within limits, if any: whether it came there, and its steps.
+    fn restore(&self, limits: Option<&Limits>, target: &Target, q: &mut [f64]) -> (bool, usize) {
         let (length, tolerance) = (self.settings.length, self.settings.tolerance);
-        let found = reach::<C>(robot, &self.task, target, length, q, tolerance, REACH_ITERATIONS);
+        let found = reach(&self.robot, limits, &self.task, target, length, q, tolerance, REACH_ITERATIONS);
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 }
@@ -338,13 +335,8 @@ impl Resolver for RateSolver {
 
     /// Onto the target by Newton, within the limits where these hold.
     fn prepare(&self, target: &Target, q: &mut [f64]) -> bool {
-        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
-        with_capacity!(self.robot.n(), restore(self, robot, target, q)).0
+        self.restore(self.settings.limits.then(|| self.robot.limits()), target, q).0
     }
-}
-
-fn restore<const C: usize>(solver: &RateSolver, robot: &Robot, target: &Target, q: &mut [f64]) -> (bool, usize) {
-    solver.restore::<C>(robot, target, q)
 }
 
 #[inline(never)]
@@ -387,7 +379,7 @@ fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memor
     if settings.correct && solver.error_size::<C>(target, &q[..n]) > settings.tolerance.max(0.5 * ON_TARGET) {
         let mut direct = [0.0; MAX_JOINTS];
         direct[..n].copy_from_slice(q0);
-        let (reached, iterations) = solver.restore::<C>(&solver.unlimited, target, &mut direct[..n]);
+        let (reached, iterations) = solver.restore(None, target, &mut direct[..n]);
         done += iterations;
         if reached {
             q = direct;

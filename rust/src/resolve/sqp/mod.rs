@@ -12,7 +12,7 @@ use crate::index::{Objective, Order};
 use crate::kinematics::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
-use crate::robot::{Limits, Robot};
+use crate::robot::Robot;
 use crate::task::Task;
 use crate::with_capacity;
 pub(super) use step::{Bounds, Known, newton_step};
@@ -65,8 +65,6 @@ impl SqpSettings {
 #[derive(Debug, Clone)]
 pub struct OrthogonalSqp {
     pub(super) robot: Arc<Robot>,
-    /// The same robot without limits, for searches that need not keep them.
-    pub(super) unlimited: Arc<Robot>,
     pub(super) task: Task,
     pub(super) objective: Objective,
     pub(super) settings: SqpSettings,
@@ -84,8 +82,7 @@ impl OrthogonalSqp {
                 &format!("at least {} joints, the dimension of the task", task.dimension()),
             ));
         }
-        let unlimited = Arc::new(robot.with_limits(Limits::none(robot.n()))?);
-        Ok(Self { robot, unlimited, task, objective, settings })
+        Ok(Self { robot, task, objective, settings })
     }
 
     /// The robot.

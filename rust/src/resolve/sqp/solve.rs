@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Bounds, Known, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::{Evaluation, Order};
-use crate::inverse::reach;
+use crate::inverse::reach_sized;
 use crate::kinematics::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
@@ -74,9 +74,9 @@ impl OrthogonalSqp {
     #[inline(always)]
     fn restore<const C: usize>(&self, target: &Target, q: &mut [f64; C], iterations: usize) -> (bool, usize) {
         let n = size::<C>(self.robot.n());
-        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
+        let limits = self.settings.limits.then(|| self.robot.limits());
         let tolerance = self.settings.tolerance;
-        let found = reach::<C>(robot, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
+        let found = reach_sized::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 

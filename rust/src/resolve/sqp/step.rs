@@ -7,8 +7,8 @@
 
 use super::reduce::Curvature;
 use crate::index::Evaluation;
-use crate::inverse::damped_step;
 use crate::kinematics::Jacobian;
+use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{Row6, Rows6, size};
