@@ -8,6 +8,7 @@ mod index;
 mod plan;
 mod qp;
 mod resolve;
+mod results;
 mod robot;
 mod task;
 
@@ -54,6 +55,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::results::add_to(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
     }

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
-use crate::linalg::MAX_JOINTS;
+use crate::kinematics::forward;
+use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};
+use crate::with_capacity;
 
 /// Error of a posture that counts as on target [rad, m].
 pub const ON_TARGET: f64 = 1e-9;
@@ -83,6 +85,14 @@ pub struct Solution {
     pub iterations: usize,
 }
 
+impl Solution {
+    /// What is answered to a start of another number of joints than the robot's.
+    pub(super) fn nowhere() -> Self {
+        let nan = f64::NAN;
+        Self { q: [0.0; MAX_JOINTS], value: nan, position_error: nan, angle_error: nan, status: SolveStatus::Unreachable, iterations: 0 }
+    }
+}
+
 /// A method that resolves the redundancy of a robot for a task, as far as targets are concerned.
 pub trait Resolver: Sync {
     /// The robot.
@@ -94,7 +104,8 @@ pub trait Resolver: Sync {
     /// Whether position limits hold.
     fn keeps_limits(&self) -> bool;
 
-    /// From `q0` to a target, where `memory` is what earlier targets of the same path left.
+    /// From `q0` to a target, where `memory` is what earlier targets of the same path left. A `q0` of another number of joints than the robot's
+    /// leads nowhere: unreachable, with NaN errors.
     fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution;
 
     /// Makes a random posture a start for [`Resolver::solve`]; false where nothing starts from it.
@@ -107,12 +118,20 @@ pub trait Resolver: Sync {
         self.solve_next(target, q0, &mut Memory::default())
     }
 
+    /// The small motion [rotation vector; translation] from the tool at `q` to a target, as far as the task looks at it [rad, m]; NaN for a `q` of
+    /// another number of joints than the robot's.
+    fn error(&self, target: &Target, q: &[f64]) -> Row6 {
+        let (robot, n) = (self.robot(), self.robot().n());
+        if q.len() == n { with_capacity!(n, error(robot, self.task(), target, q)) } else { [f64::NAN; 6] }
+    }
+
     /// Along the targets, each from the posture of the one before; `each` is told of every solution.
     fn follow(&self, targets: &[Target], q0: &[f64], memory: &mut Memory, each: &mut dyn FnMut(&Solution)) {
+        let n = q0.len().min(MAX_JOINTS);
         let mut q = [0.0; MAX_JOINTS];
-        q[..q0.len()].copy_from_slice(q0);
+        q[..n].copy_from_slice(&q0[..n]);
         for target in targets {
-            let solution = self.solve_next(target, &q[..q0.len()], memory);
+            let solution = self.solve_next(target, &q[..n], memory);
             q = solution.q;
             each(&solution);
         }
@@ -141,6 +160,11 @@ pub trait Resolver: Sync {
         }
         best
     }
+}
+
+fn error<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> Row6 {
+    let ([a, b, c], [x, y, z]) = task.error(&forward::<C>(robot, q), target);
+    [a, b, c, x, y, z]
 }
 
 /// Whether solution `a` is better than `b`: by value, and among equals (mirrored postures, or nothing to value them by) by distance from the

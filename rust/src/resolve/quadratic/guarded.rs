@@ -52,13 +52,7 @@ impl<D: Distances> Guard<'_, D> {
     /// computed, and rows tightened where the curvature of the motion would bring a pair nearer than its security distance.
     ///
     /// No allocation, but of hulls that overlap for the first time.
-    pub fn step(
-        &mut self,
-        solver: &QuadraticSolver,
-        tick: &Tick<'_>,
-        memory: &mut QuadraticMemory,
-        rates: &mut [f64],
-    ) -> Result<Outcome> {
+    pub fn step(&mut self, solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Result<Outcome> {
         let Near { pairs, count, ahead } = &mut *self.near;
         *count = 0;
         *count = self.scene.near(tick.q, self.damper.influence(), pairs)?.written;
@@ -67,7 +61,7 @@ impl<D: Distances> Guard<'_, D> {
         let own = tick.rows.len().min(MAX_OWN_ROWS);
         rows[..own].copy_from_slice(&tick.rows[..own]);
         for (row, pair) in rows[own..].iter_mut().zip(pairs) {
-            (row.a, row.lower) = (&pair.row[..tick.q.len()], self.damper.bound(pair));
+            (row.a, row.lower) = (&pair.row, self.damper.bound(pair));
         }
         let rows = &mut rows[..own + pairs.len()];
         let before = memory.rates;
@@ -94,6 +88,7 @@ impl<D: Distances> Guard<'_, D> {
         room: &'n mut [Proximity; MAX_NEAR],
     ) -> Result<&'n [Proximity]> {
         let mut there = [0.0; MAX_JOINTS];
+        // Of the right number of joints: the scene has seen to that.
         for i in 0..q.len() {
             there[i] = q[i] + dt * rates[i];
         }

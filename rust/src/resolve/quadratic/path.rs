@@ -38,6 +38,9 @@ impl Resolver for QuadraticSolver {
     /// From `q0` to a target: programmes for motions instead of rates, of a tick of length 1 in which no joint moves far, then Newton onto the
     /// target. Nothing is remembered from target to target.
     fn solve_next(&self, target: &Target, q0: &[f64], _memory: &mut Memory) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
+        }
         with_capacity!(self.robot.n(), solve(self, target, q0))
     }
 }

@@ -94,7 +94,12 @@ impl QuadraticSolver {
     }
 
     /// Joint rates of one tick: always finite and within the limits of joints. The deviation from the task gives way before rows do. No allocation.
+    /// To arrays of another size than the robot the answer is to stand still, as infeasible.
     pub fn step(&self, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+        if tick.q.len() != self.robot.n() || rates.len() != tick.q.len() {
+            rates.fill(0.0);
+            return Outcome { status: QuadraticStatus::Infeasible, ..Outcome::default() };
+        }
         with_capacity!(self.robot.n(), step(self, tick, memory, rates))
     }
 
@@ -187,7 +192,9 @@ impl QuadraticSolver {
         let n = programme.n;
         let hard = programme.tick.rows.len().min(MAX_ROWS - 6);
         for (dense, row) in buffer.iter_mut().zip(&programme.tick.rows[..hard]) {
-            dense.a[..n].copy_from_slice(&row.a[..n]);
+            for (entry, given) in dense.a[..n].iter_mut().zip(row.a) {
+                *entry = *given;
+            }
             (dense.lower, dense.upper) = (row.lower, row.upper);
         }
         let mut all = hard;

@@ -7,7 +7,7 @@ use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{halves, scale};
-use crate::linalg::{Row6, Rows6};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 use crate::with_capacity;
@@ -134,9 +134,15 @@ impl Method {
         if self == Self::VirtualJoint { 6 - task.dimension() } else { 0 }
     }
 
-    /// Writes the joint motion for a twist with the secondary motion `h`, one number a joint each; whether it was damped.
+    /// Writes the joint motion for a twist with the secondary motion `h`, one number a joint each; whether it was damped. To arrays of another
+    /// size the answer is no motion.
     pub fn motion(self, at: &Situation<'_>, twist: &Row6, h: &[f64], out: &mut [f64]) -> bool {
-        with_capacity!(at.robot.n() + self.extra_columns(at.task), motion(self, at, twist, h, out))
+        let n = at.robot.n();
+        if [at.q.len(), h.len(), out.len()] != [n; 3] || n + self.extra_columns(at.task) > MAX_JOINTS {
+            out.fill(0.0);
+            return true;
+        }
+        with_capacity!(n + self.extra_columns(at.task), motion(self, at, twist, h, out))
     }
 
     /// The joint motion for a twist with the secondary motion `h`, and whether it was damped.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::methods::{Posed, Method};
+use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach;
@@ -259,8 +259,13 @@ impl RateSolver {
     }
 
     /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
-    /// task. Never NaN; with limits, never faster than they allow nor across one within the tick. No allocation.
+    /// task. Never NaN; with limits, never faster than they allow nor across one within the tick. No allocation. To arrays of
+    /// another size than the robot the answer is to stand still, as at a limit.
     pub fn step(&self, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+        if q.len() != self.robot.n() || rates.len() != q.len() {
+            rates.fill(0.0);
+            return StepStatus::Limited;
+        }
         with_capacity!(self.columns(), step(self, q, twist, memory, rates))
     }
 
@@ -330,6 +335,9 @@ impl Resolver for RateSolver {
     /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
     /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
     fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
+        }
         with_capacity!(self.columns(), solve(self, target, q0, memory))
     }
 

@@ -107,7 +107,12 @@ impl OrthogonalSqp {
 
     /// Joint rates for a desired twist of the tool (4.20): the components that matter are followed exactly, the objective falls in the free
     /// motion, position and speed limits hold. Feedback, if any, is part of the twist. Never NaN, never beyond the limits; no allocation.
+    /// To arrays of another size than the robot the answer is to stand still, as at a limit.
     pub fn step(&self, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+        if q.len() != self.robot.n() || rates.len() != q.len() {
+            rates.fill(0.0);
+            return StepStatus::Limited;
+        }
         with_capacity!(self.robot.n(), step(self, q, twist, rates))
     }
 

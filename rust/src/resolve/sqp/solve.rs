@@ -52,6 +52,9 @@ impl Resolver for OrthogonalSqp {
     /// From `q0` to the target, then on it to a minimum of the objective: every iterate is on the target, and each is better than the one
     /// before, so that neither can spoil the other. Nothing is remembered.
     fn solve_next(&self, target: &Target, q0: &[f64], _memory: &mut Memory) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
+        }
         with_capacity!(self.robot.n(), solve(self, target, q0))
     }
 }
