@@ -29,7 +29,7 @@ from dufour_runs import (
 )
 from matplotlib.figure import SubFigure
 from numpy.typing import ArrayLike
-from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
+from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
 
 TIME = duf.TICK * np.arange(round(duf.DURATION / duf.TICK) + 1)
 COLORS = {"no resolution": GREY, "(7)": BLACK, "(10), no deviation": GREEN, "(10)": BLUE, "(14)": ORANGE}

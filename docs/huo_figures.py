@@ -11,10 +11,10 @@ import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import weights
-from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
-from redundancy.follow import Solver
-from redundancy.weights._pointwise import PointwiseSolver
-from redundancy.weights._runs import setting
+from redundancy.loops import Solver
+from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
+from redundancy.weights.pointwise import PointwiseSolver
+from redundancy.weights.setting import setting
 
 F64 = NDArray[np.float64]
 Method = Callable[..., rd.RateSolver]

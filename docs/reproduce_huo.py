@@ -37,7 +37,7 @@ from huo_figures import (
     welding,
 )
 from numpy.typing import NDArray
-from redundancy.follow import Solver
+from redundancy.loops import Solver
 
 F64 = NDArray[np.float64]
 

@@ -1,0 +1,64 @@
+"""How every picture looks, and how it is saved."""
+
+from pathlib import Path
+from typing import Any, Final
+
+try:
+    import matplotlib as mpl
+    import matplotlib.ticker
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+except ImportError as error:  # pragma: no cover
+    raise ImportError("pictures need matplotlib: pip install redundancy[plot]") from error
+
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+
+__all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "STYLE"]
+__all__ += ["Axes", "Axes3D", "Figure", "Poly3DCollection", "mpl", "save", "saved"]
+
+STYLE: Final[dict[Any, Any]] = {
+    "font.size": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.5,
+    "legend.edgecolor": "none",
+    "legend.framealpha": 1.0,
+    "legend.borderaxespad": 0.8,
+    # Without random names in it, an equal picture is an equal file.
+    "svg.hashsalt": "redundancy",
+}
+
+
+def save(figure: Figure, *files: str | Path) -> None:
+    """Save a picture, 300 dots per inch where it is made of dots.
+
+    Parameters
+    ----------
+    figure : Figure
+        The picture.
+    *files : path-like
+        Files; their endings (``.png``, ``.svg``, ``.pdf``) tell the format.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    # Nor a date.
+    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    for file in files:
+        with mpl.rc_context(STYLE):
+            figure.savefig(file, dpi=300, metadata=undated.get(Path(file).suffix.lower()))
+
+
+def saved(figure: Figure, path: str | Path | None) -> Figure:
+    """Save a picture, if there is a file to save it to, and return it."""
+    if path is not None:
+        save(figure, path)
+    return figure
