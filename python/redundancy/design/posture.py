@@ -122,12 +122,12 @@ def minimum_condition_posture(
     first = _first_start(robot, postures[:32], rows) if q0 is None else checked("q0", q0, (robot.n,))
 
     def run(start: F64) -> PostureResult:
-        found = _core.minimum_condition_posture(
+        q, best_length, condition, iterations, evaluations, status = _core.minimum_condition_posture(
             robot, start, length, length0, method, eliminate, rows, tolerance, max_iterations
         )
-        q = _brought_inside(robot, found[0])
+        q = _brought_inside(robot, q)
         within = bool(((robot.q_min <= q) & (q <= robot.q_max)).all())
-        return PostureResult(q, *found[1:], method=method, within_limits=within)
+        return PostureResult(q, best_length, condition, iterations, evaluations, status, method, within)
 
     # The core releases the GIL, so threads are enough.
     results = []

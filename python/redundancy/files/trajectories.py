@@ -20,47 +20,80 @@ TIME: Final = "t_s"
 
 
 class Followed(Protocol):
-    """The path of a trajectory: positions [m] and axes (N, 3), speeds [m/s] (N,) where it has times."""
+    """What is written of the path of a trajectory, N points."""
 
     @property
-    def position(self) -> F64: ...  # noqa: D102
+    def position(self) -> F64:
+        """Positions [m], shape (N, 3)."""
+
     @property
-    def axis(self) -> F64: ...  # noqa: D102
+    def axis(self) -> F64:
+        """Axes, shape (N, 3)."""
+
     @property
-    def speed(self) -> F64 | None: ...  # noqa: D102
+    def speed(self) -> F64 | None:
+        """Speeds [m/s], shape (N,), if it has times."""
 
 
 class Written(Protocol):
     """What is written of a trajectory: N points of a robot with n joints, as in `redundancy.Trajectory`."""
 
     @property
-    def robot(self) -> Robot: ...  # noqa: D102
+    def robot(self) -> Robot:
+        """The robot."""
+
     @property
-    def path(self) -> Followed: ...  # noqa: D102
+    def path(self) -> Followed:
+        """The path."""
+
     @property
-    def time(self) -> F64 | None: ...  # noqa: D102
+    def time(self) -> F64 | None:
+        """Times [s], shape (N,), if there are any."""
+
     @property
-    def q(self) -> F64: ...  # noqa: D102
+    def q(self) -> F64:
+        """Joint coordinates [rad or m], shape (N, n)."""
+
     @property
-    def condition_number(self) -> F64: ...  # noqa: D102
+    def condition_number(self) -> F64:
+        """kappa_F, shape (N,)."""
+
     @property
-    def value(self) -> F64: ...  # noqa: D102
+    def value(self) -> F64:
+        """The objective, shape (N,)."""
+
     @property
-    def position_error(self) -> F64: ...  # noqa: D102
+    def position_error(self) -> F64:
+        """Distances to the path [m], shape (N,)."""
+
     @property
-    def axis_error(self) -> F64: ...  # noqa: D102
+    def axis_error(self) -> F64:
+        """Angles to the path [rad], shape (N,)."""
+
     @property
-    def status(self) -> list[str]: ...  # noqa: D102
+    def status(self) -> list[str]:
+        """One word a point."""
+
     @property
-    def length(self) -> float | None: ...  # noqa: D102
+    def length(self) -> float | None:
+        """Length that made kappa_F homogeneous [m], if known."""
+
     @property
-    def max_condition_number(self) -> float: ...  # noqa: D102
+    def max_condition_number(self) -> float:
+        """The largest."""
+
     @property
-    def mean_condition_number(self) -> float: ...  # noqa: D102
+    def mean_condition_number(self) -> float:
+        """The mean."""
+
     @property
-    def limit_margin(self) -> float: ...  # noqa: D102
+    def limit_margin(self) -> float:
+        """Smallest distance to a position limit [rad or m]."""
+
     @property
-    def max_joint_speed(self) -> float | None: ...  # noqa: D102
+    def max_joint_speed(self) -> float | None:
+        """Largest joint speed [rad/s or m/s], if there are times."""
+
     def __len__(self) -> int: ...
 
 

@@ -1,7 +1,7 @@
 """Following a toolpath from end to end."""
 
-from collections.abc import Iterator
-from typing import Protocol
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,6 +38,41 @@ class Solver(Protocol):
 
     def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[F64, F64, F64, F64, list[str], int]:
         """Follow some targets from a posture."""
+
+
+class Chunk(NamedTuple):
+    """What a solver's ``follow_chunk`` returns for some targets.
+
+    Attributes
+    ----------
+    q : ndarray, shape (N, n)
+        Postures [rad or m].
+    value, position_error, axis_error : ndarray, shape (N,)
+        Objective, distance to the target [m], angle to it [rad].
+    status : list of str
+        One word a target.
+    iterations : int
+        Steps of the solver altogether.
+    """
+
+    q: F64
+    value: F64
+    position_error: F64
+    axis_error: F64
+    status: list[str]
+    iterations: int
+
+    @classmethod
+    def joined(cls, parts: Sequence["Chunk"]) -> "Chunk":
+        """Return successive chunks as one."""
+        return cls(
+            q=np.concatenate([part.q for part in parts]),
+            value=np.concatenate([part.value for part in parts]),
+            position_error=np.concatenate([part.position_error for part in parts]),
+            axis_error=np.concatenate([part.axis_error for part in parts]),
+            status=[word for part in parts for word in part.status],
+            iterations=sum(part.iterations for part in parts),
+        )
 
 
 def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: bool = True) -> Trajectory:
@@ -79,20 +114,19 @@ def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: 
     """
     targets = path.targets(step.task)
     q = first_posture(step, targets[0]) if q0 is None else checked("q0", q0, (step.robot.n,))
-    parts = list(_chunks(step, targets, q, progress))
-    q, value, position_error, axis_error = (np.concatenate([part[i] for part in parts]) for i in range(4))
+    found = Chunk.joined(list(_chunks(step, targets, q, progress)))
     length = _length(step)
     return Trajectory(
         robot=step.robot,
         path=path,
-        q=q,
-        condition_number=_condition_number(step.robot, q, length),
-        value=value,
-        position_error=position_error,
-        axis_error=axis_error,
-        status=[status for part in parts for status in part[4]],
+        q=found.q,
+        condition_number=_condition_number(step.robot, found.q, length),
+        value=found.value,
+        position_error=found.position_error,
+        axis_error=found.axis_error,
+        status=found.status,
         length=length,
-        iterations=sum(part[5] for part in parts),
+        iterations=found.iterations,
     )
 
 
@@ -135,12 +169,12 @@ def first_posture(step: Solver, target: F64) -> F64:
     return centred_turns(step.robot, q) if np.isfinite(q).all() else middle_posture(step.robot)
 
 
-def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[tuple[F64, F64, F64, F64, list[str], int]]:
+def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[Chunk]:
     with progress_bar(len(targets), "following the path", show) as advance:
         for first in range(0, len(targets), _CHUNK):
-            part = step.follow_chunk(targets[first : first + _CHUNK], q)
-            q = part[0][-1]
-            advance(len(part[0]))
+            part = Chunk(*step.follow_chunk(targets[first : first + _CHUNK], q))
+            q = part.q[-1]
+            advance(len(part.q))
             yield part
 
 

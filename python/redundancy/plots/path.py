@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from .._util import F64
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl
 from .subject import Course
 
 
@@ -121,17 +122,12 @@ def _draw_condition(axes: Axes, optimised: Course, fixed: Course | None) -> None
         # What belongs to another pose says nothing about this path.
         kappa[trajectory.unreachable] = np.nan
         worst = f", max {np.nanmax(kappa):.3f}" if np.isfinite(kappa).any() else ", out of reach"
-        axes.plot(x, kappa, style, marker=_marker(x), color=color, label=f"{name}{worst}")
+        axes.plot(x, kappa, style, marker=marker(x), color=color, label=f"{name}{worst}")
     axes.set(xlabel=label, ylabel=r"condition number $\kappa_F$")
     _fit(axes, optimised)
-    _log_if_long(axes)
+    log_if_long(axes, np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines]))
     length = "" if optimised.length is None else f"length {1000.0 * optimised.length:.1f} mm"
     axes.legend(loc="best", title=length, alignment="left")
-
-
-def _marker(x: F64) -> str:
-    """Return the marker of a curve: one point alone would not show without."""
-    return "o" if len(x) == 1 else ""
 
 
 def _fit(axes: Axes, trajectory: Course) -> None:
@@ -144,18 +140,10 @@ def _fit(axes: Axes, trajectory: Course) -> None:
     )
 
 
-def _log_if_long(axes: Axes) -> None:
-    """Take a logarithmic scale where the values span more than a decade."""
-    values = np.concatenate([np.asarray(line.get_ydata(), dtype=np.float64) for line in axes.lines])
-    values = values[np.isfinite(values)]
-    if values.size and values.max() > 10.0 * values.min() > 0.0:
-        axes.set_yscale("log")
-
-
 def _draw_spin(axes: Axes, trajectory: Course) -> None:
     x, label = _abscissa(trajectory)
     axes.axhline(0.0, color=GREY, linewidth=1.0)
-    axes.plot(x, np.rad2deg(trajectory.spin), marker=_marker(x), color=BLUE)
+    axes.plot(x, np.rad2deg(trajectory.spin), marker=marker(x), color=BLUE)
     axes.set(xlabel=label, ylabel="spin about the tool axis\nsince the first point [deg]")
     _fit(axes, trajectory)
 
@@ -171,7 +159,7 @@ def _draw_joint(axes: Axes, trajectory: Course, joint: int) -> None:
     convert, unit = _shown(trajectory, joint)
     x, _ = _abscissa(trajectory)
     q = convert(trajectory.q[:, joint])
-    axes.plot(x, q, marker=_marker(x), color=BLUE)
+    axes.plot(x, q, marker=marker(x), color=BLUE)
     low, high = (float(convert(limit[joint])) for limit in (trajectory.robot.q_min, trajectory.robot.q_max))
     bounded = np.isfinite([low, high]).all()
     reach = high - low if bounded else max(float(np.ptp(q)), 1.0)
@@ -200,9 +188,9 @@ def _draw_ranges(axes: Axes, trajectory: Course) -> None:
     for i in np.flatnonzero(bounded):
         share = 200.0 * (trajectory.q[:, i] - robot.q_min[i]) / (robot.q_max[i] - robot.q_min[i]) - 100.0
         style = "-" if i < len(colors) else "--"
-        axes.plot(x, share, style, marker=_marker(x), color=colors[i % len(colors)], label=f"joint {i + 1}")
+        axes.plot(x, share, style, marker=marker(x), color=colors[i % len(colors)], label=f"joint {i + 1}")
     for limit in (-100.0, 100.0):
         axes.axhline(limit, color=BLACK, linewidth=1.0, linestyle=":")
     axes.set(xlabel=label, ylabel="place in the joint's range\n[%, limits at ±100]", ylim=(-108.0, 108.0))
     _fit(axes, trajectory)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_beside(axes)

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from .._core import Robot
 from .._core import planar_tetrahedron as tetrahedron_of
 from .._util import F64
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes3D, Figure, Poly3DCollection, mpl
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
+from .style import STYLE, Axes3D, Figure, Poly3DCollection, mpl
 from .subject import Placed
 
 

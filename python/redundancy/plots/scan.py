@@ -6,7 +6,8 @@ from numpy.typing import ArrayLike
 from .._core import ConditionNumber, OrthogonalSQP, Robot, Task
 from .._rows import rows_in_use
 from .._util import F64, checked, turns
-from .style import BLUE, GREY, ORANGE, STYLE, Figure, mpl
+from .colours import BLUE, GREY, ORANGE
+from .style import STYLE, Figure, mpl
 
 
 def spin_scan(

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 try:
     import matplotlib as mpl
     import matplotlib.ticker
@@ -13,10 +15,12 @@ try:
 except ImportError as error:  # pragma: no cover
     raise ImportError("pictures need matplotlib: pip install redundancy[plot]") from error
 
+from .._util import F64
 from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 
 __all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "STYLE"]
-__all__ += ["Axes", "Axes3D", "Figure", "Poly3DCollection", "mpl", "save", "saved"]
+__all__ += ["Axes", "Axes3D", "Figure", "Poly3DCollection", "mpl"]
+__all__ += ["legend_beside", "log_if_long", "marker", "save", "saved"]
 
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
@@ -33,6 +37,23 @@ STYLE: Final[dict[Any, Any]] = {
     # Without random names in it, an equal picture is an equal file.
     "svg.hashsalt": "redundancy",
 }
+
+
+def marker(x: F64) -> str:
+    """Return the marker of a curve over x: one point alone would not show without."""
+    return "o" if len(x) == 1 else ""
+
+
+def log_if_long(axes: Axes, values: F64) -> None:
+    """Take a logarithmic scale where the values span more than a decade and none is 0."""
+    finite = values[np.isfinite(values)]
+    if finite.size and finite.max() > 10.0 * finite.min() > 0.0:
+        axes.set_yscale("log")
+
+
+def legend_beside(axes: Axes, **look: Any) -> None:  # noqa: ANN401
+    """Put the legend to the right of the panel, where it covers nothing."""
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **look)
 
 
 def save(figure: Figure, *files: str | Path) -> None:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Axes, Figure, mpl
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE
+from .style import STYLE, Axes, Figure, legend_beside, mpl
 from .subject import Ticks
 
 _STATUS_COLORS = {"relaxed": ORANGE, "limited": PURPLE, "infeasible": BLACK, "not convex": GREY}
@@ -39,7 +40,7 @@ def _joints(axes: Axes, tracking: Ticks) -> None:
     for i, column in enumerate(tracking.q.T):
         axes.plot(tracking.time, column, label=f"$q_{{{i + 1}}}$", linewidth=1.2)
     axes.set(ylabel="joints [rad or m]")
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+    legend_beside(axes, fontsize="small")
 
 
 def _errors(axes: Axes, tracking: Ticks) -> None:
@@ -47,7 +48,7 @@ def _errors(axes: Axes, tracking: Ticks) -> None:
     axes.plot(tracking.time, np.degrees(tracking.axis_error), color=ORANGE, label="angle [deg]")
     axes.set(ylabel="off the path")
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+    legend_beside(axes, fontsize="small")
 
 
 def _value(axes: Axes, tracking: Ticks) -> None:
@@ -69,4 +70,4 @@ def _strip(axes: Axes, tracking: Ticks) -> None:
             tracking.time[:-1], 0.0, 1.0, where=status == name, step="post", color=color, label=name, linewidth=0
         )
     axes.set(xlabel="time [s]", yticks=[], ylim=(0.0, 1.0))
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+    legend_beside(axes, fontsize="small")

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._util import F64
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Axes, Figure, mpl
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE
+from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl
 
 _COLORS = (BLUE, ORANGE, GREEN)
 
@@ -45,15 +46,15 @@ def search_history(
                 weights.step(runs, values[best, joint], where="post", color=color, label=label, **look)
         weights.set(ylabel="weight of the best so far")
         weights.set_ylim(bottom=0.0)
-        weights.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        legend_beside(weights)
         _runs(limits, runs, 100.0 * np.where(np.isfinite(limit_distance), limit_distance, np.nan), best)
         limits.axhline(0.0, color=BLACK, linewidth=1.0, linestyle=":")
         limits.set(ylabel="greatest distance\nbeyond a limit [% of range]")
         _runs(singular, runs, np.where(np.isfinite(singularity), singularity, np.nan), best)
-        _log_if_long(singular, singularity)
+        log_if_long(singular, singularity)
         singular.set(xlabel="run", ylabel=r"worst singularity parameter $w_{ps}$")
         singular.xaxis.set_major_locator(mpl.ticker.MaxNLocator("auto", integer=True))
-        limits.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        legend_beside(limits)
         figure.align_ylabels()
     return figure
 
@@ -84,12 +85,12 @@ def weights_along_path(time: F64 | None, w: F64, k: F64, c_joint: F64, c_sing: F
             for joint, color in zip(range(n - 3, n), _COLORS, strict=True):
                 _line(panel, x, weights[:, joint], color, f"joint {joint + 1}")
             panel.set(ylabel=f"weight ${name}$")
-            _log_if_long(panel, weights[:, n - 3 :])
+            log_if_long(panel, weights[:, n - 3 :])
         _line(panels[2], x, c_joint, PURPLE, r"$c_\mathrm{joint}$")
         _line(panels[2], x, c_sing, BLACK, r"$c_\mathrm{sing}$")
         panels[2].set(xlabel="point of the path" if time is None else "time [s]", ylabel="damping scalar")
         for panel in (panels[0], panels[2]):
-            panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+            legend_beside(panel)
         if len(x) > 1:
             panels[2].set_xlim(x[0], x[-1])
         figure.align_ylabels()
@@ -109,11 +110,4 @@ def _runs(axes: Axes, runs: F64, values: F64, best: list[int]) -> None:
 
 
 def _line(axes: Axes, x: F64, y: F64, color: str, label: str) -> None:
-    axes.plot(x, y, marker="o" if len(x) == 1 else "", color=color, label=label)
-
-
-def _log_if_long(axes: Axes, values: F64) -> None:
-    """Take a logarithmic scale where the values span more than a decade and none is 0."""
-    finite = values[np.isfinite(values)]
-    if finite.size and finite.max() > 10.0 * finite.min() > 0.0:
-        axes.set_yscale("log")
+    axes.plot(x, y, marker=marker(x), color=color, label=label)

@@ -7,6 +7,7 @@ from .._core import Manipulability, Objective, PosturePull, RateSolver, Robot, S
 from .._rows import rows_in_use
 from .._util import F64
 from ..design import middle_posture
+from ..loops import Chunk
 from .dynamic_weights import WeightFunctions
 from .performance import limit_distances
 from .sensitivity import axis_cosines
@@ -57,17 +58,15 @@ class PointwiseSolver:
         """Find a posture on a target."""
         return self._solver.solve(target, q0, starts, seed)
 
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[F64, F64, F64, F64, list[str], int]:
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> Chunk:
         """Follow the next targets of the path from a posture, one by one."""
         q = np.asarray(q0, dtype=np.float64)
         parts = []
         for target in np.asarray(targets, dtype=np.float64):
             self._solver = self._solver.with_objective(self._pull(q))
-            parts.append(self._solver.follow_chunk(target[None], q))
-            q = parts[-1][0][-1]
-        statuses = [status for part in parts for status in part[4]]
-        q_all, value, position, axis = (np.concatenate([part[i] for part in parts]) for i in range(4))
-        return q_all, value, position, axis, statuses, sum(part[5] for part in parts)
+            parts.append(Chunk(*self._solver.follow_chunk(target[None], q)))
+            q = parts[-1].q[-1]
+        return Chunk.joined(parts)
 
     def _pull(self, q: F64) -> PosturePull:
         """Set the weights of the next point and return what pulls there."""
