@@ -77,7 +77,7 @@ from .loops import (
 from .maps import RedundancyMap, redundancy_map
 from .paths import Toolpath, Trajectory
 from .planning import Plan, PlanFailure, plan
-from .robots.cells import on_rail, with_turntable
+from .robots import on_rail, with_turntable
 
 __all__ = [
     "Body",

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .text import fault_in, parse_json, read_text
 POINT: Final = ("x_m", "y_m", "z_m", "i", "j", "k")
 WORTH: Final = ("condition_number", "objective", "position_error_m", "axis_error_rad")
 TIME: Final = "t_s"
+_Content: TypeAlias = tuple[dict[str, list[Any]], list[str], dict[str, Any]]
 
 
 class Followed(Protocol):
@@ -107,6 +108,8 @@ class TrajectoryColumns:
         The file.
     robot : str or None
         Name of the robot, where the file has it.
+    length : float or None
+        Length that made the condition number homogeneous [m], where the file has it.
     values : dict
         Columns in SI units, float64; among them those of `POINT` and `WORTH`.
     status : list of str
@@ -115,6 +118,7 @@ class TrajectoryColumns:
 
     file: Path
     robot: str | None
+    length: float | None
     values: dict[str, F64]
     status: list[str]
 
@@ -183,7 +187,8 @@ def read_trajectory(file: Path) -> TrajectoryColumns:
         If it is malformed, or a column is missing.
     """
     text = read_text(file, fault_in(file))
-    name, columns, status = _from_json(file, text) if file.suffix.lower() == ".json" else _from_csv(file, text)
+    read = _from_json if file.suffix.lower() == ".json" else _from_csv
+    columns, status, about = read(file, text)
     for column in (*POINT, *WORTH):
         if column not in columns:
             raise ToolpathError(f"column {column!r} is missing", file)
@@ -193,10 +198,13 @@ def read_trajectory(file: Path) -> TrajectoryColumns:
         raise ToolpathError("expected columns of equally many numbers", file) from None
     if {column.shape for column in values.values()} != {(len(status),)} or not status:
         raise ToolpathError("expected columns of equally many numbers", file)
-    return TrajectoryColumns(file, name, values, status)
+    robot, length = about.get("robot"), about.get("length_m")
+    if not isinstance(robot, str | None) or not isinstance(length, int | float | None):
+        raise ToolpathError(f"got robot {robot!r:.40} and length_m {length!r:.40}, expected a name and a number", file)
+    return TrajectoryColumns(file, robot, length, values, status)
 
 
-def _from_csv(file: Path, text: str) -> tuple[None, dict[str, list[Any]], list[str]]:
+def _from_csv(file: Path, text: str) -> _Content:
     """Return the columns of numbers, and the last one, the status."""
     header, *lines = [line.strip().split(",") for line in text.splitlines() if line.strip()] or [[""]]
     if header[0] != "point" or header[-1] != "status":
@@ -212,11 +220,11 @@ def _from_csv(file: Path, text: str) -> tuple[None, dict[str, list[Any]], list[s
     if not rows:
         raise ToolpathError("no points after the header", file, 1)
     columns = dict(zip(header[:-1], map(list, zip(*rows, strict=True)), strict=True))
-    return None, columns, [fields[-1] for fields in lines]
+    return columns, [fields[-1] for fields in lines], {}
 
 
-def _from_json(file: Path, text: str) -> tuple[str | None, dict[str, list[Any]], list[str]]:
-    """Return the name of the robot, the object of columns, and the status."""
+def _from_json(file: Path, text: str) -> _Content:
+    """Return the object of columns, the status, and all that the file says."""
     content = parse_json(text, fault_in(file))
     columns = content.get("columns") if isinstance(content, dict) else None
     status = content.get("status") if isinstance(content, dict) else None
@@ -224,8 +232,7 @@ def _from_json(file: Path, text: str) -> tuple[str | None, dict[str, list[Any]],
         raise ToolpathError("no trajectory, expected an object with columns and status", file)
     if not all(isinstance(column, list) for column in columns.values()):
         raise ToolpathError("expected columns of equally many numbers", file)
-    name = content.get("robot")
-    return name if isinstance(name, str) else None, columns, [str(state) for state in status]
+    return columns, [str(state) for state in status], content
 
 
 def to_csv(trajectory: Written) -> str:

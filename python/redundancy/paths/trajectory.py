@@ -140,8 +140,8 @@ class Trajectory:
         Returns
         -------
         Trajectory
-            As it was written, but for rotations of the path, the length and the number of iterations, which files do
-            not hold; what JSON has as null is NaN.
+            As it was written, but for rotations of the path and the number of iterations, which files do not hold, and
+            the length, which ``.json`` alone has; what JSON has as null is NaN.
 
         Raises
         ------
@@ -166,7 +166,7 @@ class Trajectory:
             path = Toolpath(columns.position, columns.axis, time=columns.time)
         except RedundancyError as error:
             raise ToolpathError(str(error), columns.file) from None
-        return Trajectory(robot, path, q, *columns.worth, columns.status)
+        return Trajectory(robot, path, q, *columns.worth, columns.status, columns.length)
 
     def write(self, file: str | Path) -> None:
         """Write the trajectory.

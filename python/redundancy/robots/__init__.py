@@ -23,9 +23,10 @@ import tomli_w
 from .._core import Robot
 from ..errors import ModelError, UnknownRobotError
 from ..files import Table, parse_toml, write_atomically
+from .cells import on_rail, with_turntable
 from .document import to_document, to_robot
 
-__all__ = ["describe", "find", "get", "load", "names", "save"]
+__all__ = ["describe", "find", "get", "load", "names", "on_rail", "save", "with_turntable"]
 
 
 def names() -> list[str]:
