@@ -13,7 +13,5 @@ mod optimize;
 mod oracle;
 mod plan;
 mod qp;
-mod quadratic;
-mod rate;
+mod resolve;
 mod robustness;
-mod solve;

@@ -24,8 +24,8 @@ pub static SOLUTION: Named = Named {
 /// Many targets: what `follow_chunk` answers.
 pub static PATH_SOLUTION: Named = Named {
     name: "PathSolution",
-    fields: &["q", "value", "position_error", "axis_error", "statuses", "iterations"],
-    doc: "Postures q (N, n) [rad or m] on N targets with the values of the objective, the errors [m, rad], each (N,), the statuses in words, and \
+    fields: &["q", "value", "position_error", "axis_error", "status", "iterations"],
+    doc: "Postures q (N, n) [rad or m] on N targets with the values of the objective, the errors [m, rad], each (N,), the status of each in words, and \
           steps altogether.",
     class: PyOnceLock::new(),
 };
