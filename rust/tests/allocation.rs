@@ -14,8 +14,8 @@ use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate,
 use redundancy::linalg::{MAX_JOINTS, frame::Frame};
 use redundancy::qp::Row;
 use redundancy::resolve::{
-    Damper, Derivatives, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PosturePull, QuadraticMemory, QuadraticSettings, QuadraticSolver,
-    RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, Tick,
+    Damper, Derivatives, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PosturePull, QuadraticMemory, QuadraticSettings,
+    QuadraticSolver, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, Tick,
 };
 use redundancy::robot::{Joint, Robot};
 use redundancy::task::{Target, Task};
@@ -142,7 +142,8 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
     for task in tasks(n) {
         for objective in &objectives {
             for (exact_hessian, limits) in [(true, true), (false, true), (true, false)] {
-                let settings = SqpSettings { length: 0.5, exact_hessian, gain: 5.0, dt: 0.001, limits, tolerance: 1e-10, max_iterations: 60 };
+                let settings =
+                    SqpSettings { length: 0.5, exact_hessian, gain: 5.0, dt: 0.001, limits, tolerance: 1e-10, max_iterations: 60 };
                 let sqp = OrthogonalSqp::new(robot.clone(), task, objective.clone(), settings).unwrap();
                 free_of_allocation("step", || sqp.step(q, &twist, &mut rates));
                 let target = free_of_allocation("target", || target_at::<C>(&robot, &near));
@@ -150,7 +151,9 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
                 let targets = [target, target_at::<C>(&robot, q), target_at::<C>(&robot, &far)];
                 free_of_allocation("solve from afar", || sqp.solve(&targets[2], q));
                 let mut worst = 0.0f64;
-                free_of_allocation("follow", || sqp.follow(&targets, q, &mut Memory::default(), &mut |point| worst = worst.max(point.position_error)));
+                free_of_allocation("follow", || {
+                    sqp.follow(&targets, q, &mut Memory::default(), &mut |point| worst = worst.max(point.position_error))
+                });
                 free_of_allocation("solve_best", || sqp.solve_best(&target, 3, 5));
             }
         }

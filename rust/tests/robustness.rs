@@ -13,9 +13,7 @@ use redundancy::linalg::orthogonal::Orthogonal;
 use redundancy::linalg::svd::Svd;
 use redundancy::linalg::symmetric::diagonalise;
 use redundancy::qp::{self, Programme, most_changes};
-use redundancy::resolve::{
-    Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, StepStatus,
-};
+use redundancy::resolve::{Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Projector, Reference, Target, Task};
 use redundancy::with_capacity;
@@ -339,7 +337,8 @@ proptest! {
 #[test]
 fn rates_without_limits_are_finite() {
     let robot = Arc::new(iiwa());
-    let settings = SqpSettings { length: 0.5, exact_hessian: true, gain: 1.0, dt: 1e-3, limits: false, tolerance: 1e-9, max_iterations: 10 };
+    let settings =
+        SqpSettings { length: 0.5, exact_hessian: true, gain: 1.0, dt: 1e-3, limits: false, tolerance: 1e-9, max_iterations: 10 };
     let solver = OrthogonalSqp::new(robot, Task::FULL, objectives(7).remove(0), settings).unwrap();
     let mut rates = [0.0; 7];
     solver.step(&[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9], &[f64::MAX, 0.0, 0.0, 0.0, 0.0, 0.0], &mut rates);

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::shapes::seven_capsules;
 use crate::common::{Rng, iiwa, rngs};
 use proptest::prelude::*;
-use redundancy::resolve::Damper;
 use redundancy::collision::{Body, Mount, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs, separation};
 use redundancy::linalg::frame::Frame;
+use redundancy::resolve::Damper;
 
 fn cluttered(rng: &mut Rng, count: usize) -> Vec<Obstacle> {
     (0..count).map(|k| Obstacle::new(&k.to_string(), rng.shape(k % 5), rng.pose(0.8)).unwrap()).collect()

@@ -128,7 +128,8 @@ fn bad_settings_are_refused() {
     let good = settings(&mut Rng(1), true);
     let objective = Objective::new(vec![(1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
     let make = |weight: f64, derivatives, settings| {
-        QuadraticSolver::new(robot.clone(), Task::FULL, Some((objective.clone(), weight)), IndexForm::Equality, derivatives, settings).is_ok()
+        QuadraticSolver::new(robot.clone(), Task::FULL, Some((objective.clone(), weight)), IndexForm::Equality, derivatives, settings)
+            .is_ok()
     };
     assert!(make(1.0, Derivatives::Exact, good) && make(0.0, Derivatives::Bfgs, good) && make(1.0, Derivatives::Differences(1e-3), good));
     for bad in [-1.0, f64::NAN, f64::INFINITY] {

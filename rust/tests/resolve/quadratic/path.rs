@@ -6,7 +6,9 @@ use nalgebra::DVector;
 use proptest::prelude::*;
 use redundancy::index::{ConditionNumber, Index, Objective, Order, Rows};
 use redundancy::linalg::vector::{dot, norm, sub};
-use redundancy::resolve::{Derivatives, IndexForm, Memory, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, SolveStatus, Tick};
+use redundancy::resolve::{
+    Derivatives, IndexForm, Memory, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, SolveStatus, Tick,
+};
 use redundancy::task::{Target, Task};
 use std::sync::Arc;
 
