@@ -38,6 +38,7 @@ mod trust_region;
 
 pub use bfgs::bfgs;
 pub use direct_update::direct_update;
+pub(crate) use direct_update::direct_update_indefinite;
 pub use line_search::{LineSearch, strong_wolfe};
 use nalgebra::{DMatrix, DVector};
 pub use trust_region::trust_region_newton;

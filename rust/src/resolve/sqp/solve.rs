@@ -9,7 +9,7 @@ use crate::kinematics::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::optimize::direct_update;
+use crate::optimize::direct_update_indefinite;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
@@ -168,5 +168,5 @@ fn update_hessian<const C: usize>(previous: &Iterate<C>, now: &mut Iterate<C>, n
         y[i] = now.objective.gradient[i] - previous.objective.gradient[i];
     }
     now.objective.hessian = previous.objective.hessian;
-    direct_update(&mut now.objective.hessian, &s, &y, n);
+    direct_update_indefinite(&mut now.objective.hessian, &s, &y, n);
 }
