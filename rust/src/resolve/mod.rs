@@ -38,7 +38,7 @@ mod quadratic;
 mod rate;
 mod redundancy;
 mod resolver;
-mod sqp;
+pub(crate) mod sqp;
 
 pub use quadratic::{
     Damper, Derivatives, Guard, IndexForm, MAX_NEAR, MAX_OWN_ROWS, Near, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver,

@@ -101,6 +101,7 @@ impl PyQuadraticProgram {
                         stiffness=1e4, largest_deviation=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
                         security=0.02, damping=0.5, tolerance=1e-3))]
     fn new(
+        py: Python<'_>,
         robot: Py<PyRobot>,
         task: Py<PyTask>,
         objective: Option<&Bound<'_, PyAny>>,
@@ -142,7 +143,7 @@ impl PyQuadraticProgram {
         };
         let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
         let state = Mutex::new(State::new(guard.is_some()));
-        let given = Given { robot, task, objective: objective.map(|objective| objective.clone().unbind()) };
+        let given = Given::new(py, robot, task, objective.map(|objective| objective.clone().unbind()));
         Ok(Self { solver, given, guard, state })
     }
 
@@ -252,7 +253,7 @@ impl PyQuadraticProgram {
             state.own = rows.len();
             Ok(())
         };
-        if self.given.calls_python(py) {
+        if self.given.calls_python {
             // Taken out, not held: a Python objective may let another thread in.
             let mut state = self.state().clone();
             ok(run(&mut state))?;

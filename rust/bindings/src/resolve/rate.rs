@@ -103,10 +103,16 @@ impl PyRateSolver {
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let array = output(py, out, [n])?;
-        // Taken out, not held: a Python objective may let another thread in.
-        let mut memory = self.remembered().0;
-        let status = self.solver.step(&q[..n], &desired, &mut memory, elements(&array));
-        self.remembered().0 = memory;
+        let step = |memory: &mut Memory| self.solver.step(&q[..n], &desired, memory, elements(&array));
+        let status = if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut memory = self.remembered().0;
+            let status = step(&mut memory);
+            self.remembered().0 = memory;
+            status
+        } else {
+            step(&mut self.remembered().0)
+        };
         self.given.check(py)?;
         self.last.store(status as u8, Ordering::Relaxed);
         Ok(array)
@@ -192,7 +198,7 @@ impl PyRateSolver {
     #[pyo3(signature = (objective=None))]
     fn with_objective(&self, py: Python<'_>, objective: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let solver = ok(self.solver.with_secondary(secondary(objective, self.solver.robot(), self.scaling)?))?;
-        let given = self.given.clone_ref(py, objective.map(|objective| objective.clone().unbind()));
+        let given = self.given.with_objective(py, objective.map(|objective| objective.clone().unbind()));
         Ok(Self::of(solver, given, self.scaling))
     }
 }
@@ -217,7 +223,7 @@ fn make(py: Python<'_>, method: Method, given: Arguments<'_, '_>) -> PyResult<Py
     let solver = ok(RateSolver::new(core, given.task.get().task, method, secondary, weights.as_deref(), settings))?;
     let task = if *solver.task() == given.task.get().task { given.task } else { Py::new(py, PyTask { task: *solver.task() })? };
     let objective = given.objective.map(|objective| objective.clone().unbind());
-    Ok(PyRateSolver::of(solver, Given { robot: given.robot, task, objective }, scaling))
+    Ok(PyRateSolver::of(solver, Given::new(py, given.robot, task, objective), scaling))
 }
 
 macro_rules! methods {

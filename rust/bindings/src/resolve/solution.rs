@@ -18,26 +18,28 @@ pub struct Given {
     pub robot: Py<PyRobot>,
     pub task: Py<PyTask>,
     pub objective: Option<Py<PyAny>>,
+    /// Whether a step calls back into Python, where another thread may get in.
+    pub calls_python: bool,
 }
 
 impl Given {
-    pub fn clone_ref(&self, py: Python<'_>, objective: Option<Py<PyAny>>) -> Self {
-        Self { robot: self.robot.clone_ref(py), task: self.task.clone_ref(py), objective }
+    pub fn new(py: Python<'_>, robot: Py<PyRobot>, task: Py<PyTask>, objective: Option<Py<PyAny>>) -> Self {
+        let calls_python = terms(py, objective.as_ref()).is_some_and(|objective| !objective.get().custom.is_empty());
+        Self { robot, task, objective, calls_python }
     }
 
-    fn terms<'py>(&self, py: Python<'py>) -> Option<&Bound<'py, PyObjective>> {
-        self.objective.as_ref().and_then(|objective| objective.bind(py).cast::<PyObjective>().ok())
-    }
-
-    /// Whether a step calls back into Python, where another thread may get in.
-    pub fn calls_python(&self, py: Python<'_>) -> bool {
-        self.terms(py).is_some_and(|objective| !objective.get().custom.is_empty())
+    /// The same with another objective.
+    pub fn with_objective(&self, py: Python<'_>, objective: Option<Py<PyAny>>) -> Self {
+        Self::new(py, self.robot.clone_ref(py), self.task.clone_ref(py), objective)
     }
 
     /// Raises the exception of a callable among the terms of the objective, if one was raised.
     #[inline]
     pub fn check(&self, py: Python<'_>) -> PyResult<()> {
-        self.terms(py).map_or(Ok(()), |objective| objective.get().check())
+        match terms(py, self.objective.as_ref().filter(|_| self.calls_python)) {
+            Some(objective) => objective.get().check(),
+            None => Ok(()),
+        }
     }
 
     /// A posture on a target, from `q0` or from the best of some random starts.
@@ -91,6 +93,10 @@ impl Given {
         let parts = (array, column(|p| p.value), column(|p| p.position_error), column(|p| p.angle_error), statuses, iterations);
         Ok((PATH_SOLUTION.make(py, parts)?, points.last().map_or(*q0, |point| point.q)))
     }
+}
+
+fn terms<'a, 'py>(py: Python<'py>, objective: Option<&'a Py<PyAny>>) -> Option<&'a Bound<'py, PyObjective>> {
+    objective.and_then(|objective| objective.bind(py).cast::<PyObjective>().ok())
 }
 
 /// A posture of a robot.

@@ -77,7 +77,7 @@ impl PyOrthogonalSqp {
         let length = length.or_else(|| terms.length()).unwrap_or(1.0);
         let settings = SqpSettings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
         let solver = OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings);
-        let given = Given { robot, task, objective: Some(objective.into_any()) };
+        let given = Given::new(py, robot, task, Some(objective.into_any()));
         Ok(Self { solver: ok(solver)?, given, last: AtomicU8::new(0) })
     }
 
