@@ -7,7 +7,7 @@ ifeq ($(OS),Windows_NT)
 BIN := $(VENV)/Scripts
 endif
 PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
-SOURCES := Cargo.toml Cargo.lock pyproject.toml $(shell find rust/src -name '*.rs')
+SOURCES := Cargo.toml Cargo.lock pyproject.toml rust/bindings/Cargo.toml $(shell find rust/src rust/bindings/src -name '*.rs')
 
 .PHONY: help demo test test-rust test-python lint bench bench-rust bench-python docs soak clean
 
@@ -35,15 +35,14 @@ demo: $(VENV)/built ## mill a helix with the free spin optimised; tables, trajec
 test: test-rust test-python ## every test
 
 test-rust: ## the core without Python, then documentation
-	cargo test --locked --no-default-features
+	cargo test --locked
 
 test-python: $(VENV)/built $(VENV)/group-test ## the package
 	$(BIN)/python -m pytest -q
 
 lint: $(VENV)/built $(VENV)/group-lint $(VENV)/group-test ## formatters, linters, types, stubs
 	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
-	cargo clippy --locked --features python -- -D warnings
+	cargo clippy --locked --workspace --all-targets -- -D warnings
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -63,7 +62,7 @@ docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
 	$(BIN)/mkdocs build --strict
 
 soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns, a million poses, a hundred thousand programmes, a thousand references
-	cargo test --locked --release --no-default-features -- --ignored
+	cargo test --locked --release -- --ignored
 	$(BIN)/python -m tests.soak_inverse
 	$(BIN)/python -m tests.soak_qp
 	$(BIN)/python -m tests.reference.condition_mpmath --check

@@ -4,10 +4,10 @@
 
 use std::hint::black_box;
 
-use _core::index::{Answers, ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
-use _core::kinematics::{first_derivative, forward, jacobian};
-use _core::robot::{Convention, DhTable, Robot};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use redundancy::index::{Answers, ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
+use redundancy::kinematics::{first_derivative, forward, jacobian};
+use redundancy::robot::{Convention, DhTable, Robot};
 use std::f64::consts::FRAC_PI_2;
 
 /// Postures that cycle, so that no branch predictor learns one input.

@@ -5,12 +5,12 @@
 
 use std::hint::black_box;
 
-use _core::linalg::Rows6;
-use _core::linalg::orthogonal::Orthogonal;
-use _core::linalg::svd::Svd;
 use criterion::{Criterion, criterion_group, criterion_main};
 use faer::linalg::solvers::{DenseSolveCore, PartialPivLu};
 use nalgebra::{DMatrix, SMatrix};
+use redundancy::linalg::Rows6;
+use redundancy::linalg::orthogonal::Orthogonal;
+use redundancy::linalg::svd::Svd;
 
 const MATRICES: usize = 256;
 

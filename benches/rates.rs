@@ -7,12 +7,12 @@ use std::f64::consts::FRAC_PI_2;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use _core::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
-use _core::kinematics::jacobian;
-use _core::resolve::{Memory, Method, RateSettings, RateSolver, Scaling, Secondary, Situation};
-use _core::robot::{Convention, DhTable, Robot};
-use _core::task::Task;
 use criterion::{Criterion, criterion_group, criterion_main};
+use redundancy::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
+use redundancy::kinematics::jacobian;
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Scaling, Secondary, Situation};
+use redundancy::robot::{Convention, DhTable, Robot};
+use redundancy::task::Task;
 
 const POSTURES: usize = 256;
 const LENGTH: f64 = 0.48;

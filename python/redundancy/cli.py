@@ -33,7 +33,7 @@ from ._trajectory_readers import read_trajectory
 from .errors import InvalidValueError, RedundancyError
 from .follow import follow, follow_without_spin
 from .job import Job, read_job
-from .posture import middle_posture, minimum_condition_posture
+from .posture import minimum_condition_posture
 from .trajectory import Trajectory
 
 _ANGLES: Final = 360
@@ -218,7 +218,7 @@ def length(robot: str, starts: int, seed: int) -> None:
 def posture(robot: str, joints: str | None, millimetres: float | None) -> None:
     """Tell what a posture of ROBOT (a name, or a .toml or .urdf file) is worth."""
     model = robots.find(robot)
-    q = middle_posture(model) if joints is None else _parse_joints(model, joints)
+    q = model.middle if joints is None else _parse_joints(model, joints)
     rows = rows_in_use(model)
     best = characteristic_length(model, q, rows)
     length = millimetres / 1000.0 if millimetres is not None else best if np.isfinite(best) else 1.0

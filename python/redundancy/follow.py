@@ -10,7 +10,6 @@ from ._arrays import F64, checked
 from ._core import ConditionNumber, Objective, OrthogonalSQP, PosturePull, Robot, Task
 from ._progress import progress as progress_bar
 from ._rows import rows_in_use
-from .posture import centred_turns, middle_posture
 from .toolpath import Toolpath
 from .trajectory import Trajectory
 
@@ -125,7 +124,7 @@ def follow_without_spin(optimised: Trajectory, objective: Objective, progress: b
 def _start(step: Solver, target: F64) -> F64:
     q, _, _, _ = step.solve(target)
     # Where nothing came near, what follows starts in the middle and says "unreachable".
-    return centred_turns(step.robot, q) if np.isfinite(q).all() else middle_posture(step.robot)
+    return step.robot.turned(q) if np.isfinite(q).all() else step.robot.middle
 
 
 def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[tuple[F64, F64, F64, F64, list[str], int]]:

@@ -18,7 +18,6 @@ __all__ = [
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
-    "middle_posture",
     "minimum_condition_posture",
     "planar_tetrahedron",
 ]
@@ -119,7 +118,7 @@ def minimum_condition_posture(
     """
     if starts < 1:
         raise InvalidValueError(f"starts is {starts}, expected at least 1")
-    postures = random_postures(robot, max(starts, 33) - 1, seed)
+    postures = robot.random_postures(max(starts, 33) - 1, seed)
     first = _first_start(robot, postures[:32], rows) if q0 is None else checked("q0", q0, (robot.n,))
 
     def run(start: F64) -> PostureResult:
@@ -144,67 +143,18 @@ def _rank(result: PostureResult) -> tuple[bool, bool, float]:
     return singular, not result.within_limits, result.condition_number
 
 
-def middle_posture(robot: Robot) -> F64:
-    """Return the middle of the position limits, shape (n,) [rad or m]; 0 for joints without both limits."""
-    bounded = np.isfinite(robot.q_min) & np.isfinite(robot.q_max)
-    middle: F64 = 0.5 * (np.where(bounded, robot.q_min, 0.0) + np.where(bounded, robot.q_max, 0.0))
-    return middle
-
-
-def random_postures(robot: Robot, count: int, seed: int) -> F64:
-    """Return random postures within the limits.
-
-    Parameters
-    ----------
-    robot : Robot
-        The robot.
-    count : int
-        How many.
-    seed : int
-        Seed.
-
-    Returns
-    -------
-    ndarray, shape (count, n)
-        Uniform in the limits; joints without both take a turn, or a metre to each side.
-    """
-    bounded = np.isfinite(robot.q_min) & np.isfinite(robot.q_max)
-    free = np.where([letter == "R" for letter in robot.joints], np.pi, 1.0)
-    low, high = np.where(bounded, robot.q_min, -free), np.where(bounded, robot.q_max, free)
-    return np.random.default_rng(seed).uniform(low, high, (count, robot.n))
-
-
 def _first_start(robot: Robot, others: F64, rows: Sequence[int] | None) -> F64:
     """Return the middle of the limits unless it is singular: no minimisation can leave a singularity."""
-    candidates = np.vstack([middle_posture(robot), others])
+    candidates = np.vstack([robot.middle, others])
     (kappa,) = _core.ConditionNumber(rows=rows).evaluate_many(robot, candidates, 0)
     best: F64 = candidates[0 if kappa[0] < _SINGULAR else int(np.argmin(kappa))]
     return best
 
 
-def centred_turns(robot: Robot, q: F64) -> F64:
-    """Bring revolute joints nearest to the middle of their limits by whole turns, which change nothing but the number.
-
-    Parameters
-    ----------
-    robot : Robot
-        The robot.
-    q : ndarray, shape (n,)
-        Joint coordinates [rad or m], finite.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Within the limits, where ``q`` or any of its copies is.
-    """
-    turns = np.round((q - middle_posture(robot)) / (2.0 * np.pi))
-    return np.where([letter == "R" for letter in robot.joints], q - 2.0 * np.pi * turns, q)
-
-
 def _brought_inside(robot: Robot, q: F64) -> F64:
     """Bring joints that are beyond their limits back by whole turns, and leave the others alone."""
     inside = (robot.q_min <= q) & (q <= robot.q_max)
-    return q if inside.all() or not np.isfinite(q).all() else np.where(inside, q, centred_turns(robot, q))
+    return q if inside.all() or not np.isfinite(q).all() else np.where(inside, q, robot.turned(q))
 
 
 @dataclass(frozen=True, eq=False)

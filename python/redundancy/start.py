@@ -15,7 +15,6 @@ from ._progress import progress as progress_bar
 from ._transport import transport
 from .errors import InvalidValueError
 from .follow import Solver, _start, follow
-from .posture import centred_turns
 from .toolpath import Toolpath
 from .trajectory import Trajectory
 
@@ -210,7 +209,7 @@ def _postures(step: Solver, target: F64, starts: int, seed: int, pool: ThreadPoo
         return job[0].solve(job[1], starts=1, seed=number)
 
     found = pool.map(solve, jobs, seeds)
-    return [centred_turns(robot, q) for q, _, status, _ in found if status != "unreachable" and np.isfinite(q).all()]
+    return [robot.turned(q) for q, _, status, _ in found if status != "unreachable" and np.isfinite(q).all()]
 
 
 def _ring(target: F64, axis: F64) -> list[F64]:

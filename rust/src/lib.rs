@@ -16,6 +16,3 @@ pub mod posture;
 pub mod resolve;
 pub mod robot;
 pub mod task;
-
-#[cfg(feature = "python")]
-mod python;

@@ -7,19 +7,19 @@ use std::sync::Arc;
 
 use crate::collision::shapes::seven_capsules;
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, step};
-use _core::collision::{Damping, Obstacle, Proximity, Scene, Shape, capsules_along_links};
-use _core::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
-use _core::inverse::{Inverse, reach};
-use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
-use _core::linalg::{MAX_JOINTS, frame::Frame, vector::halves};
-use _core::optimize::qp::{self, ActiveSet, Problem, Row};
-use _core::resolve::{
+use redundancy::collision::{Damping, Obstacle, Proximity, Scene, Shape, capsules_along_links};
+use redundancy::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
+use redundancy::inverse::{Inverse, reach};
+use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
+use redundancy::linalg::{MAX_JOINTS, frame::Frame, vector::halves};
+use redundancy::optimize::qp::{self, ActiveSet, Problem, Row};
+use redundancy::resolve::{
     Bounds, Derivatives, Form, Guard, Known, Memory, Method, OrthogonalSqp, PosturePull, QuadraticMemory, QuadraticSettings,
     QuadraticSolver, RateSettings, RateSolver, Scaling, Secondary, Settings, Tick, newton_step,
 };
-use _core::robot::{Joint, Robot};
-use _core::task::{Target, Task};
-use _core::with_capacity;
+use redundancy::robot::{Joint, Robot};
+use redundancy::task::{Target, Task};
+use redundancy::with_capacity;
 
 /// Counts what the current thread asks for.
 struct Counting;
@@ -156,7 +156,7 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         }
         let target = target_at::<C>(&robot, &far);
         let mut moved = q.to_vec();
-        free_of_allocation("reach", || reach::<C>(&robot, &task, &target, 0.5, &mut moved, 1e-9, 60));
+        free_of_allocation("reach", || reach(&robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 60));
         let (tool, columns) = jacobian::<C>(&robot, q);
         let evaluated = evaluate::<C>(&objectives[1], &robot, q, Order::Hessian, false);
         let directions = task.directions(&tool, 0.5);

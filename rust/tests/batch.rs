@@ -1,9 +1,9 @@
 //! Many postures at once: every lane answers bit for bit what the posture alone answers, whatever its neighbours are.
 
-use _core::index::{Answers, Index, Objective, Order, Rows, Status};
-use _core::robot::Robot;
-use _core::with_capacity;
 use proptest::prelude::*;
+use redundancy::index::{Answers, Index, Objective, Order, Rows, Status};
+use redundancy::robot::Robot;
+use redundancy::with_capacity;
 
 use crate::common::{Rng, evaluate, fanuc, indices, rngs};
 

@@ -3,12 +3,12 @@
 use std::sync::Mutex;
 
 use crate::common::{Rng, derivative, distance, evaluate, indices, length, rngs, singular_values};
-use _core::index::{Evaluation, Index, Objective, Order, Rows, SpectralKind, Status};
-use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
-use _core::linalg::vector::{cross, scale};
-use _core::robot::Robot;
-use _core::with_capacity;
 use proptest::prelude::*;
+use redundancy::index::{Evaluation, Index, Objective, Order, Rows, SpectralKind, Status};
+use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::linalg::vector::{cross, scale};
+use redundancy::robot::Robot;
+use redundancy::with_capacity;
 
 const C: usize = 16;
 

@@ -3,11 +3,11 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
-use _core::inverse::{ArmAngle, Inverse, Structure};
-use _core::kinematics::forward;
-use _core::linalg::frame::Frame;
-use _core::linalg::vector::{norm, sub};
-use _core::robot::{Joint, Robot};
+use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::kinematics::forward;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::{norm, sub};
+use redundancy::robot::{Joint, Robot};
 
 use crate::common::Rng;
 

@@ -3,18 +3,18 @@
 use std::f64::consts::PI;
 
 use crate::common::{Rng, distance, rngs};
-use _core::error::Error;
-use _core::kinematics::{forward, jacobian};
-use _core::linalg::Rows6;
-use _core::linalg::cholesky::Cholesky;
-use _core::linalg::frame::Frame;
-use _core::linalg::orthogonal::Orthogonal;
-use _core::linalg::svd::Svd;
-use _core::linalg::symmetric::diagonalise;
-use _core::linalg::vector::{cross, dot, norm, perpendicular, scale};
-use _core::robot::Robot;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
+use redundancy::error::Error;
+use redundancy::kinematics::{forward, jacobian};
+use redundancy::linalg::Rows6;
+use redundancy::linalg::cholesky::Cholesky;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::orthogonal::Orthogonal;
+use redundancy::linalg::svd::Svd;
+use redundancy::linalg::symmetric::diagonalise;
+use redundancy::linalg::vector::{cross, dot, norm, perpendicular, scale};
+use redundancy::robot::Robot;
 
 const C: usize = 16;
 const EPS: f64 = f64::EPSILON;

@@ -1,9 +1,9 @@
 //! Minimisers on functions with known minima, the line search by its own conditions.
 
 use crate::common::{Rng, rngs};
-use _core::optimize::{Minimum, Outcome, Smooth, Stop, bfgs, strong_wolfe, trust_region_newton};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
+use redundancy::optimize::{Minimum, Outcome, Smooth, Stop, bfgs, strong_wolfe, trust_region_newton};
 
 /// A function by value, gradient and Hessian.
 struct Function<F>(F);

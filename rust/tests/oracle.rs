@@ -1,8 +1,8 @@
 //! The condition number of the oracle postures: value, gradient and Hessian in (q, L), within multiples of 2.2e-16 kappa.
 
-use _core::index::{ConditionNumber, Index, Objective, Order, Rows};
-use _core::linalg::frame::Frame;
-use _core::robot::{Convention, DhTable, Robot};
+use redundancy::index::{ConditionNumber, Index, Objective, Order, Rows};
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Convention, DhTable, Robot};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use _core::linalg::banded::Banded;
-use _core::plan::{Criterion, Graph, Search, find_route, unwind, within_limits};
-use _core::robot::Limits;
+use redundancy::linalg::banded::Banded;
+use redundancy::plan::{Criterion, Graph, Search, find_route, unwind, within_limits};
+use redundancy::robot::Limits;
 
 use crate::common::Rng;
 

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use _core::index::{Index, JointLimits, Objective};
-use _core::kinematics::{Jacobian, forward, jacobian};
-use _core::linalg::frame::Frame;
-use _core::linalg::vector::halves;
-use _core::linalg::{Row6, svd::Svd};
-use _core::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Secondary, Situation};
-use _core::robot::Robot;
-use _core::task::{Projector, Reference, Target, Task};
 use proptest::prelude::*;
+use redundancy::index::{Index, JointLimits, Objective};
+use redundancy::kinematics::{Jacobian, forward, jacobian};
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::halves;
+use redundancy::linalg::{Row6, svd::Svd};
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Secondary, Situation};
+use redundancy::robot::Robot;
+use redundancy::task::{Projector, Reference, Target, Task};
 
 use crate::common::{Rng, distance, fanuc, iiwa, length, rngs};
 

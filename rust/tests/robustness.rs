@@ -4,21 +4,21 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, rngs, step};
-use _core::index::{Index, Objective, Order, Rows, length_of_least_condition};
-use _core::inverse::reach;
-use _core::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
-use _core::linalg::MAX_JOINTS;
-use _core::linalg::orthogonal::Orthogonal;
-use _core::linalg::svd::Svd;
-use _core::linalg::symmetric::diagonalise;
-use _core::optimize::qp::{self, ActiveSet, Problem, Row, most_changes};
-use _core::resolve::{
+use proptest::prelude::*;
+use redundancy::index::{Index, Objective, Order, Rows, length_of_least_condition};
+use redundancy::inverse::reach;
+use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::orthogonal::Orthogonal;
+use redundancy::linalg::svd::Svd;
+use redundancy::linalg::symmetric::diagonalise;
+use redundancy::optimize::qp::{self, ActiveSet, Problem, Row, most_changes};
+use redundancy::resolve::{
     Bounds, Known, Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Scaling, Secondary, Settings, StepStatus, newton_step,
 };
-use _core::robot::Robot;
-use _core::task::{Projector, Reference, Target, Task};
-use _core::with_capacity;
-use proptest::prelude::*;
+use redundancy::robot::Robot;
+use redundancy::task::{Projector, Reference, Target, Task};
+use redundancy::with_capacity;
 
 /// A robot with its solvers, made once.
 struct Subject {
@@ -111,7 +111,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
         Task::FULL.error(at, &target);
     }
     let mut moved = q.clone();
-    reach::<C>(robot, &task, &target, 0.5, &mut moved, 1e-9, 4);
+    reach(robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 4);
 
     // The step by itself, with a made-up objective, and numbers of any kind as bounds (lower at most upper).
     let directions = task.directions(&tool, 0.5);

@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 from .._arrays import F64
 from .._core import Manipulability, Objective, PosturePull, RateSolver, Robot, SingularityParameter, Task
 from .._rows import rows_in_use
-from ..posture import middle_posture
 from ._runs import Setting
 from .dynamic_weights import WeightFunctions
 from .performance import limit_distances
@@ -28,7 +27,7 @@ class PointwiseSolver:
         self.w, self.k = np.zeros((2, len(setting.path), robot.n))
         self._setting, self._functions = setting, functions
         self._c_joint, self._c_sing = c_joint, c_sing
-        self._middle = middle_posture(robot)
+        self._middle = robot.middle
         rows = rows_in_use(robot)
         self._singularity = SingularityParameter(1.0, rows=rows)
         self._manipulability = Manipulability(1.0, rows=rows)

@@ -9,7 +9,6 @@ from .._arrays import F64, checked
 from .._core import PosturePull, Robot, Task, TwistDecomposition
 from ..errors import InvalidValueError, ShapeError
 from ..follow import follow
-from ..posture import centred_turns, middle_posture
 from ..toolpath import Toolpath
 from ..trajectory import Trajectory
 
@@ -61,7 +60,7 @@ def setting(
     if given is not None:
         return made
     q, _, _, _ = made.solver(PosturePull(w, k, threshold=threshold)).solve(path.targets(task)[0])
-    found = centred_turns(robot, q) if np.isfinite(q).all() else middle_posture(robot)
+    found = robot.turned(q) if np.isfinite(q).all() else robot.middle
     return Setting(robot, path, task, found, made.threshold, made.iterations)
 
 

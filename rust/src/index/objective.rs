@@ -59,7 +59,7 @@ impl Index {
     }
 
     /// Value and derivatives, into a zeroed `out`.
-    #[inline(always)]
+    #[inline(never)]
     fn evaluate<const C: usize>(
         &self,
         robot: &Robot,

@@ -5,8 +5,11 @@
 
 pub mod banded;
 pub mod cholesky;
+pub mod damped;
 pub mod frame;
 pub mod householder;
+pub mod left_null;
+pub mod lu;
 pub mod orthogonal;
 pub mod real;
 pub mod svd;
@@ -79,9 +82,7 @@ macro_rules! with_capacity {
     ($n:expr, $function:ident ( $($argument:expr),* $(,)? )) => {
         match $n {
             6 => $function::<6>($($argument),*),
-            0..=4 => $function::<4>($($argument),*),
-            5..=8 => $function::<8>($($argument),*),
-            9..=12 => $function::<12>($($argument),*),
+            0..=8 => $function::<8>($($argument),*),
             _ => $function::<{ $crate::linalg::MAX_JOINTS }>($($argument),*),
         }
     };

@@ -12,12 +12,12 @@ use super::path::{Path, point_weights};
 use super::settings::{Aim, PlanSettings};
 use crate::error::Result;
 use crate::index::{Answers, Objective, Order};
-use crate::inverse::reach;
+use crate::inverse::reach_sized;
 use crate::kinematics::forward;
 use crate::linalg::frame::Frame;
 use crate::linalg::size;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
-use crate::robot::{Limits, Robot};
+use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
 use crate::with_capacity;
 
@@ -41,8 +41,6 @@ const BELOW_SPEED: f64 = 1.0 - 1e-9;
 pub struct PathProblem {
     /// Robot.
     pub robot: Arc<Robot>,
-    /// The same without limits, for the way back onto the path.
-    pub unlimited: Arc<Robot>,
     /// Task.
     pub task: Task,
     /// Targets, one a point. In a stretch that closes, the last one, which is the first, is left out.
@@ -94,7 +92,6 @@ impl PathProblem {
         let frames = spin_frames(path, &task, settings.closed)?;
         let steps = path.shares();
         Ok(Self {
-            unlimited: Arc::new(robot.with_limits(Limits::none(robot.n()))?),
             task,
             targets: path.targets(&task)?.into(),
             frames: frames.into(),
@@ -243,7 +240,7 @@ impl PathProblem {
 
     /// Brings a posture onto a target; whether it got there.
     pub(super) fn reach<const C: usize>(&self, point: usize, q: &mut [f64]) -> bool {
-        reach::<C>(&self.unlimited, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+        reach_sized::<C>(&self.robot, None, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
     }
 
     /// The spin at a point, within half a turn of the middle of its range; 0 where it has none.
@@ -269,9 +266,7 @@ impl PathProblem {
 impl SpinRange {
     /// The spin of a tool against a frame, within half a turn of the middle of the range.
     fn of(&self, frame: &Frame, tool: &Frame) -> f64 {
-        let angle = spin(frame, tool, self.axis);
-        let middle = 0.5 * (self.range.0 + self.range.1);
-        angle - std::f64::consts::TAU * ((angle - middle) / std::f64::consts::TAU).round()
+        nearest_turn(spin(frame, tool, self.axis), 0.5 * (self.range.0 + self.range.1))
     }
 }
 

@@ -1,6 +1,6 @@
 //! A plan put together from its parts, and what is wrong with it.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::hooks::{Hooks, PlanError};
@@ -94,8 +94,7 @@ fn fill_gaps(problem: &PathProblem, q: &mut [f64]) {
     let n = problem.n();
     let reached: Vec<usize> = (0..q.len() / n).filter(|&i| q[i * n..(i + 1) * n].iter().all(|x| x.is_finite())).collect();
     if reached.is_empty() {
-        let limits = problem.robot.limits();
-        let middle: Vec<f64> = (0..n).map(|k| 0.5 * (limits.q_min[k].clamp(-PI, PI) + limits.q_max[k].clamp(-PI, PI))).collect();
+        let middle = problem.robot.middle();
         q.chunks_exact_mut(n).for_each(|row| row.copy_from_slice(&middle));
         return;
     }

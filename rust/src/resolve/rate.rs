@@ -1,8 +1,8 @@
 //! One step of the methods that resolve redundancy at the level of rates (Huo 2009): twist decomposition, the subject of that thesis, and its
 //! rivals, each as `h + x` with h the motion that the secondary task asks for and x the shortest solution of the method's own system.
 
-use crate::inverse::damped_step;
 use crate::kinematics::Jacobian;
+use crate::linalg::damped::damped_step;
 use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;
@@ -78,7 +78,7 @@ impl Solver {
         damped_step(a, b, self.damping * self.damping * size * (1.0 - closeness * closeness) + least, n, m)
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn shortest<const C: usize>(&mut self, a: &Rows6<C>, b: &Row6, n: usize, m: usize) -> [f64; C] {
         let factors = Orthogonal::new(a, n, m);
         let spread = if m > n { 0.0 } else { factors.spread() };
@@ -122,7 +122,7 @@ impl Method {
     }
 
     /// The joint motion for the twist [w; v] with the secondary motion `h`, and whether it was damped.
-    #[inline(always)]
+    #[inline(never)]
     pub fn motion<const C: usize>(self, at: &Situation<'_, C>, w: Vec3, v: Vec3, h: &[f64; C]) -> ([f64; C], bool) {
         let n = at.jacobian.n();
         let directions = at.task.directions(at.tool, at.length);

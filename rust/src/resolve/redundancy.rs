@@ -1,9 +1,9 @@
 //! How redundant a robot is for a task.
 
-use crate::inverse::Postures;
 use crate::kinematics::jacobian;
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::svd::Svd;
+use crate::robot::RandomPostures;
 use crate::robot::Robot;
 use crate::task::Task;
 
@@ -16,7 +16,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// the robot's tool can make at all. The second is negative when the robot cannot do the task.
 pub fn degrees_of_redundancy(robot: &Robot, task: &Task) -> (usize, isize) {
     let n = robot.n();
-    let mut postures = Postures::new(1);
+    let mut postures = RandomPostures::new(1);
     let mut q = [0.0; MAX_JOINTS];
     let mut operational = 0;
     for _ in 0..POSTURES {

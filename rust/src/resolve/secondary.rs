@@ -98,7 +98,7 @@ pub enum Secondary {
 
 impl Secondary {
     /// The motion it asks for, and whether it could be evaluated: zero where it could not. Never longer than 0.3 rad or m a joint.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn motion<const C: usize>(
         &self,
         robot: &Robot,

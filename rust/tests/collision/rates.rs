@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::shapes::stepped;
 use crate::common::Rng;
-use _core::collision::{Mount, Obstacle, Pair, Proximity, Scene};
+use redundancy::collision::{Mount, Obstacle, Pair, Proximity, Scene};
 
 /// The worst error of `row' qd + drift` where the distance is smooth, and how many of all those were.
 fn worst(ka: usize, kb: usize, own: bool, cases: usize) -> (f64, usize, usize) {
@@ -61,8 +61,8 @@ fn worst(ka: usize, kb: usize, own: bool, cases: usize) -> (f64, usize, usize) {
     (worst, smooth, overlapping)
 }
 
-fn collision_origin(robot: &_core::robot::Robot, body: &_core::collision::Body, q: &[f64]) -> [f64; 3] {
-    let frames = _core::kinematics::link_frames(robot, q);
+fn collision_origin(robot: &redundancy::robot::Robot, body: &redundancy::collision::Body, q: &[f64]) -> [f64; 3] {
+    let frames = redundancy::kinematics::link_frames(robot, q);
     let k = match body.mount {
         Mount::Base => return robot.base().origin,
         Mount::Link(k) => k,

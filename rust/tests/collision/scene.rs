@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::shapes::seven_capsules;
 use crate::common::{Rng, iiwa, rngs};
-use _core::collision::{Body, Damping, Mount, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs, separation};
-use _core::linalg::frame::Frame;
 use proptest::prelude::*;
+use redundancy::collision::{Body, Damping, Mount, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs, separation};
+use redundancy::linalg::frame::Frame;
 
 fn cluttered(rng: &mut Rng, count: usize) -> Vec<Obstacle> {
     (0..count).map(|k| Obstacle::new(&k.to_string(), rng.shape(k % 5), rng.pose(0.8)).unwrap()).collect()
@@ -32,7 +32,7 @@ fn the_nearest_are_kept() {
         assert_eq!(few[..less.written], all[..less.written]);
         assert_eq!(scene.near(&q, 0.6, &mut []).unwrap().within, found.within);
         // Against a look at every pair.
-        let frames = _core::kinematics::link_frames(&robot, &q);
+        let frames = redundancy::kinematics::link_frames(&robot, &q);
         let mut count = 0;
         for body in scene.bodies().iter().filter(|b| b.mount != Mount::Base) {
             let Mount::Link(k) = body.mount else { panic!() };

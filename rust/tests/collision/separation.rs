@@ -2,10 +2,10 @@
 
 use super::shapes::support;
 use crate::common::{Rng, rngs};
-use _core::collision::{Shape, separation};
-use _core::linalg::frame::Frame;
-use _core::linalg::vector::{Vec3, add, dot, norm, scale, sub, unit};
 use proptest::prelude::*;
+use redundancy::collision::{Shape, separation};
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::{Vec3, add, dot, norm, scale, sub, unit};
 
 /// The signed distance along a direction: the true one is its maximum over all.
 fn gap(a: &Shape, at: &Frame, b: &Shape, bt: &Frame, n: Vec3) -> f64 {

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::common::Rng;
-use _core::collision::{Body, Mount, Shape};
-use _core::linalg::frame::Frame;
-use _core::linalg::vector::{Vec3, add, norm, scale};
+use redundancy::collision::{Body, Mount, Shape};
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::{Vec3, add, norm, scale};
 
 impl Rng {
     pub fn vector(&mut self, size: f64) -> Vec3 {

@@ -3,15 +3,15 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use _core::index::{
+use proptest::prelude::*;
+use redundancy::index::{
     ConditionNumber, Evaluation, Index, JointLimits, LimitBarrier, Manipulability, Objective, Order, Rows, Spectral, SpectralKind,
 };
-use _core::linalg::frame::Frame;
-use _core::linalg::svd::Svd;
-use _core::linalg::vector::{norm, scale};
-use _core::resolve::{OrthogonalSqp, StepStatus};
-use _core::robot::{Convention, DhTable, Limits, Robot};
-use proptest::prelude::*;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::svd::Svd;
+use redundancy::linalg::vector::{norm, scale};
+use redundancy::resolve::{OrthogonalSqp, StepStatus};
+use redundancy::robot::{Convention, DhTable, Limits, Robot};
 
 /// splitmix64.
 pub struct Rng(pub u64);
@@ -185,7 +185,7 @@ pub fn indices(rows: Rows) -> Vec<Index> {
 
 /// Singular values of the rows in use.
 pub fn singular_values(robot: &Robot, rows: &Rows, q: &[f64]) -> Vec<f64> {
-    let (_, columns) = _core::kinematics::jacobian::<16>(robot, q);
+    let (_, columns) = redundancy::kinematics::jacobian::<16>(robot, q);
     let svd = Svd::<16>::new(&rows.normalised(&columns), robot.n(), rows.count());
     svd.sigma[..rows.count()].to_vec()
 }

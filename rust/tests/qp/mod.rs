@@ -3,11 +3,11 @@
 mod programme;
 
 use crate::common::{Rng, rngs};
-use _core::optimize::qp::{self, ActiveSet, Constraint, Place, Problem, Row, Side, Status, most_changes};
 use clarabel::solver::SolverStatus;
 use nalgebra::DVector;
 use programme::{N, Programme, Recipe, Vector, apart, garbage, recipe, row, simple, sum};
 use proptest::prelude::*;
+use redundancy::optimize::qp::{self, ActiveSet, Constraint, Place, Problem, Row, Side, Status, most_changes};
 
 #[derive(Default, Debug)]
 struct Tally {

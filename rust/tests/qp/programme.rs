@@ -1,10 +1,10 @@
 //! A programme that owns its numbers: how random ones are made, and what answers are judged by.
 
 use crate::common::Rng;
-use _core::optimize::qp::{self, ActiveSet, Constraint, Place, Problem, Row, Side, Solution};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT};
 use nalgebra::{DMatrix, DVector};
+use redundancy::optimize::qp::{self, ActiveSet, Constraint, Place, Problem, Row, Side, Solution};
 
 /// Capacity in most of these tests.
 pub const N: usize = 20;

@@ -2,11 +2,11 @@
 
 use super::oracle::{C, Case, apart, expansion, first_step, minimiser, posture, settings, twist};
 use crate::common::{Rng, iiwa, indices, rngs};
-use _core::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Rows};
-use _core::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
-use _core::task::Task;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
+use redundancy::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Rows};
+use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
+use redundancy::task::Task;
 use std::sync::Arc;
 
 fn objective(rng: &mut Rng, n: usize) -> Objective {

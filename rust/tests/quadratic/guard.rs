@@ -2,14 +2,14 @@
 
 use super::oracle::{C, Case, posture, settings, twist};
 use crate::common::{Rng, iiwa, rngs};
-use _core::collision::{Damping, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs};
-use _core::linalg::frame::Frame;
-use _core::linalg::vector::{Vec3, add, scale};
-use _core::optimize::qp::Row;
-use _core::resolve::{Guard, MAX_NEAR, Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
-use _core::robot::{Limits, Robot};
-use _core::task::Task;
 use proptest::prelude::*;
+use redundancy::collision::{Damping, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs};
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::{Vec3, add, scale};
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{Guard, MAX_NEAR, Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::robot::{Limits, Robot};
+use redundancy::task::Task;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -158,9 +158,9 @@ proptest! {
         let rng = &mut Rng(seed);
         let mut world = World::new(rng, 1, if moving { 0.1 } else { 0.0 });
         // About a point of a moving body, off its axis or on it.
-        let links = _core::kinematics::link_frames(&world.case.robot, &world.q);
+        let links = redundancy::kinematics::link_frames(&world.case.robot, &world.q);
         let body = &world.scene.bodies()[1 + rng.below(3)];
-        let _core::collision::Mount::Link(k) = body.mount else { panic!() };
+        let redundancy::collision::Mount::Link(k) = body.mount else { panic!() };
         let half = body.shape.half_extents().unwrap()[2];
         let local = [rng.within(-0.05, 0.05), rng.within(-0.05, 0.05), half * rng.within(-1.0, 1.0)].map(|x| if rng.below(4) == 0 { 0.0 } else { x });
         let pose = links[k].compose(&body.pose);

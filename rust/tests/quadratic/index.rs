@@ -2,14 +2,14 @@
 
 use super::oracle::{Case, apart, expansion, first_step, minimiser, posture, settings, step, twist};
 use crate::common::{Rng, evaluate, iiwa, rngs};
-use _core::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Order, Rows, differences};
-use _core::linalg::MAX_JOINTS;
-use _core::optimize::direct_update;
-use _core::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
-use _core::robot::Robot;
-use _core::task::Task;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
+use redundancy::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Order, Rows, differences};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::optimize::direct_update;
+use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::robot::Robot;
+use redundancy::task::Task;
 use std::sync::Arc;
 
 fn all_rows() -> Rows {

@@ -2,13 +2,13 @@
 
 use super::oracle::{C, Case, first_step, planar, posture, settings, step, twist};
 use crate::common::{Rng, iiwa, rngs};
-use _core::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
-use _core::linalg::MAX_JOINTS;
-use _core::optimize::qp::Row;
-use _core::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
-use _core::robot::{Limits, Robot};
-use _core::task::Task;
 use proptest::prelude::*;
+use redundancy::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::robot::{Limits, Robot};
+use redundancy::task::Task;
 use std::sync::Arc;
 
 const SLACK: f64 = 1e-12;

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use crate::common::{Rng, fanuc, iiwa};
-use _core::index::{Objective, Order};
-use _core::kinematics::jacobian;
-use _core::linalg::MAX_JOINTS;
-use _core::linalg::frame::Frame;
-use _core::optimize::qp::Row;
-use _core::resolve::{Derivatives, Form, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, Tick};
-use _core::robot::{Convention, DhTable, Limits, Robot};
-use _core::task::{Projector, Reference, Task};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector};
+use redundancy::index::{Objective, Order};
+use redundancy::kinematics::jacobian;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{Derivatives, Form, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, Tick};
+use redundancy::robot::{Convention, DhTable, Limits, Robot};
+use redundancy::task::{Projector, Reference, Task};
 
 /// Capacity in most of these tests.
 pub const C: usize = 8;
@@ -214,5 +214,5 @@ pub fn least_violation(n: usize, bounds: &[(f64, f64)], rows: &[Row<C>]) -> f64 
 
 /// A robot's tool frame.
 pub fn tool(robot: &Robot, q: &[f64]) -> Frame {
-    _core::kinematics::forward::<MAX_JOINTS>(robot, q)
+    redundancy::kinematics::forward::<MAX_JOINTS>(robot, q)
 }

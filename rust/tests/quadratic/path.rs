@@ -2,12 +2,12 @@
 
 use super::oracle::{Case, apart, first_step, posture, settings, step, tool, twist};
 use crate::common::{Rng, fanuc, iiwa, rngs};
-use _core::index::{ConditionNumber, Index, Objective, Order, Rows};
-use _core::linalg::vector::{dot, norm, sub};
-use _core::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, SolveStatus, Tick};
-use _core::task::{Target, Task};
 use nalgebra::DVector;
 use proptest::prelude::*;
+use redundancy::index::{ConditionNumber, Index, Objective, Order, Rows};
+use redundancy::linalg::vector::{dot, norm, sub};
+use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, SolveStatus, Tick};
+use redundancy::task::{Target, Task};
 use std::sync::Arc;
 
 fn condition() -> Objective {

@@ -2,10 +2,10 @@
 
 use super::oracle::{C, Case, cheapest, first_step, least_violation, posture, settings, twist};
 use crate::common::{Rng, rngs};
-use _core::optimize::qp::Row;
-use _core::resolve::{QuadraticSettings, QuadraticStatus, Tick};
 use nalgebra::DVector;
 use proptest::prelude::*;
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{QuadraticSettings, QuadraticStatus, Tick};
 
 fn value(row: &Row<C>, rates: &[f64]) -> f64 {
     row.a.iter().zip(rates).map(|(a, x)| a * x).sum()

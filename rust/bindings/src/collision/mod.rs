@@ -1,0 +1,4 @@
+//! `redundancy.Scene`, `Body`, `Shape`.
+
+pub mod scene;
+pub mod shape;

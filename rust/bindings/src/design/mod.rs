@@ -1,0 +1,3 @@
+//! Postures and lengths chosen for their own sake.
+
+pub mod posture;

@@ -1,0 +1,143 @@
+//! Posture of minimum condition number, characteristic length, planar tetrahedron.
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::PyResult;
+use pyo3::types::PyDict;
+
+use crate::array::{ok, read_vector, vector};
+use crate::robot::PyRobot;
+use redundancy::error::Error;
+use redundancy::index::{PlanarTetrahedron, Rows};
+use redundancy::kinematics::jacobian;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::optimize::{Outcome, Stop};
+use redundancy::posture::{self, Length, Method};
+
+fn rows_of(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
+    ok(rows.map_or_else(|| Rows::all(length), |rows| Rows::new(&rows, length)))
+}
+
+fn posture_of(robot: &PyRobot, name: &str, q: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let mut buffer = [0.0; MAX_JOINTS];
+    let n = robot.robot.n();
+    read_vector(name, q, n, &mut buffer)?;
+    Ok(buffer[..n].to_vec())
+}
+
+/// One minimisation of kappa_F; the front end is `redundancy.minimum_condition_posture`.
+///
+/// Returns (q, length, condition number, iterations, evaluations, status).
+#[pyfunction]
+pub fn minimum_condition_posture<'py>(
+    py: Python<'py>,
+    robot: &Bound<'py, PyRobot>,
+    q0: &Bound<'py, PyAny>,
+    length: Option<f64>,
+    length0: Option<f64>,
+    method: &str,
+    eliminate: bool,
+    rows: Option<Vec<usize>>,
+    tolerance: f64,
+    max_iterations: usize,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, f64, usize, usize, &'static str)> {
+    let robot = robot.get();
+    let q0 = posture_of(robot, "q0", q0)?;
+    let method = match method {
+        "newton" => Method::Newton,
+        "bfgs" => Method::Bfgs,
+        _ => return Err(Error::value("method", format!("{method:?}"), "\"newton\" or \"bfgs\"").into()),
+    };
+    ok(redundancy::error::check_positive("tolerance", tolerance))?;
+    let rows = rows_of(rows, length.unwrap_or(1.0))?;
+    let start =
+        length0.map_or_else(|| posture::rms_length(&robot.robot, &q0), |length| redundancy::error::check_positive("length0", length));
+    let length = match (length, eliminate) {
+        (Some(length), _) => Length::Fixed(length),
+        (None, true) => Length::Eliminated,
+        (None, false) => Length::Variable(ok(start)?),
+    };
+    let stop = Stop { step: tolerance, iterations: max_iterations };
+    let found = ok(py.detach(|| posture::minimum_condition(&robot.robot, &q0, rows, length, method, stop)))?;
+    let status = match found.minimum.outcome {
+        Outcome::Converged => "converged",
+        Outcome::Stalled => "stalled",
+        Outcome::Iterations => "out of iterations",
+        Outcome::Undefined => "singular start",
+    };
+    Ok((vector(py, &found.q), found.length, found.condition_number, found.minimum.iterations, found.minimum.evaluations, status))
+}
+
+/// The length that minimises kappa_F at a posture, in closed form [m]; NaN at a singularity.
+///
+/// ``L^4 = B C / (A D)`` with A, B the squared norms of the angular and linear rows of J, and C, D those of the angular and linear columns of its
+/// pseudo-inverse.
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     The robot.
+/// q : array_like, shape (n,)
+///     Joint coordinates [rad or m].
+/// rows : sequence of int, optional
+///     Rows in use; all six if not given.
+#[pyfunction]
+#[pyo3(signature = (robot, q, rows=None))]
+pub fn characteristic_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>, rows: Option<Vec<usize>>) -> PyResult<f64> {
+    let q = posture_of(robot.get(), "q", q)?;
+    let found = posture::characteristic_length(&robot.get().robot, &q, rows_of(rows, 1.0)?);
+    Ok(ok(found)?.unwrap_or(f64::NAN))
+}
+
+/// Root mean square distance of the revolute axes to the operation point [m] (Leger 2014, 2.5 to 2.7).
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     The robot.
+/// q : array_like, shape (n,)
+///     Joint coordinates [rad or m].
+#[pyfunction]
+pub fn rms_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>) -> PyResult<f64> {
+    let q = posture_of(robot.get(), "q", q)?;
+    ok(posture::rms_length(&robot.get().robot, &q))
+}
+
+/// The tetrahedron of a planar 3R robot (Leger 2014, eq. 2.15 to 2.21) as a dictionary; the front end is `redundancy.PlanarTetrahedron`.
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     Three revolute joints about the base z axis.
+/// q : array_like, shape (3,)
+///     Joint coordinates [rad].
+/// length : float
+///     Height of the tetrahedron [m].
+#[pyfunction]
+pub fn planar_tetrahedron<'py>(
+    py: Python<'py>,
+    robot: &Bound<'py, PyRobot>,
+    q: &Bound<'py, PyAny>,
+    length: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let robot = robot.get();
+    let q = posture_of(robot, "q", q)?;
+    let columns = jacobian::<MAX_JOINTS>(&robot.robot, &q).1;
+    let planar = q.len() == 3 && (0..3).all(|i| (columns.w[i][2].abs() - 1.0).abs() < 1e-12);
+    if !planar {
+        return Err(Error::value("robot", robot.robot.name(), "three revolute joints about the base z axis").into());
+    }
+    // v = e x r turned back by a right angle gives r.
+    let arms = std::array::from_fn(|i| [columns.v[i][1] * columns.w[i][2], -columns.v[i][0] * columns.w[i][2]]);
+    let found = ok(PlanarTetrahedron::new(arms, length))?;
+    let dict = PyDict::new(py);
+    let edges: Bound<'py, PyArray2<f64>> = PyArray1::from_vec(py, found.edges.concat()).reshape([3, 3])?;
+    dict.set_item("edges", edges)?;
+    dict.set_item("volume", found.volume)?;
+    dict.set_item("faces", vector(py, &found.faces))?;
+    dict.set_item("distances", vector(py, &found.distances))?;
+    dict.set_item("height", found.height)?;
+    dict.set_item("condition_number", found.condition_number)?;
+    Ok(dict)
+}

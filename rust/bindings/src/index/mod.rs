@@ -1,0 +1,5 @@
+//! Indices and their weighted sums.
+
+mod custom;
+pub mod kinds;
+pub mod objective;

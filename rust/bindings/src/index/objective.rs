@@ -1,0 +1,352 @@
+//! A weighted sum of indices as a Python class: evaluation at one posture and at many.
+
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::errors::{Failure, PyResult};
+use pyo3::types::PyTuple;
+
+use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_rows, read_vector};
+use crate::index::custom::PyIndex;
+use crate::robot::PyRobot;
+use redundancy::error::Error;
+use redundancy::index::{Answers, Evaluation, Index, Objective, Order, Status};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::robot::Robot;
+use redundancy::with_capacity;
+
+/// A weighted sum of indices of a posture.
+///
+/// Made by adding indices and multiplying them by numbers: ``ConditionNumber(0.48, squared=True) + 0.1 * JointLimits()``. A term may
+/// be any callable of ``q`` that returns a number, or (number, gradient), or (number, gradient, Hessian); what it does not return is taken by
+/// central differences.
+#[pyclass(name = "Objective", subclass, frozen, module = "redundancy._core")]
+pub struct PyObjective {
+    pub objective: Objective,
+    pub custom: Vec<Arc<PyIndex>>,
+}
+
+fn order(order: i64) -> PyResult<Order> {
+    match order {
+        0 => Ok(Order::Value),
+        1 => Ok(Order::Gradient),
+        2 => Ok(Order::Hessian),
+        _ => Err(Error::value("order", order, "0 (value), 1 (and gradient) or 2 (and Hessian)").into()),
+    }
+}
+
+impl PyObjective {
+    pub fn single(index: Index) -> PyResult<Self> {
+        Ok(Self { objective: ok(Objective::new(vec![(1.0, index)]))?, custom: Vec::new() })
+    }
+
+    pub fn from_callable(function: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if !function.is_callable() {
+            return Err(PyTypeError::new_err(format!("expected an index or a callable, got {}", function.get_type())).into());
+        }
+        let index = Arc::new(PyIndex::new(function.clone().unbind()));
+        let mut out = Self::single(Index::Custom(index.clone()))?;
+        out.custom.push(index);
+        Ok(out)
+    }
+
+    fn sum(&self, other: &Self) -> PyResult<Self> {
+        let terms = self.objective.terms().iter().chain(other.objective.terms()).cloned().collect();
+        Ok(Self { objective: ok(Objective::new(terms))?, custom: self.custom.iter().chain(&other.custom).cloned().collect() })
+    }
+
+    /// Raises the exception of a callable among the terms, if one was raised.
+    #[inline(always)]
+    pub fn check(&self) -> PyResult<()> {
+        match self.custom.iter().find_map(|index| index.take_error()) {
+            Some(error) => Err(error.into()),
+            None => Ok(()),
+        }
+    }
+
+    fn check_length(&self, with_length: bool) -> PyResult<()> {
+        if with_length && self.objective.length().is_none() {
+            return Err(Error::value("with_length", true, "terms that share one length").into());
+        }
+        Ok(())
+    }
+}
+
+/// Writes value, gradient and Hessian; with the length as entry n when `with_length`.
+#[inline(always)]
+fn write<const C: usize>(got: &Evaluation<C>, n: usize, with_length: bool, gradient: &mut [f64], hessian: &mut [f64]) {
+    let size = n + usize::from(with_length);
+    if !gradient.is_empty() {
+        gradient[..n].copy_from_slice(&got.gradient[..n]);
+        if with_length {
+            gradient[n] = got.length_slope;
+        }
+    }
+    if hessian.is_empty() {
+        return;
+    }
+    for k in 0..n {
+        hessian[k * size..k * size + n].copy_from_slice(&got.hessian[k][..n]);
+        if with_length {
+            hessian[k * size + n] = got.length_gradient[k];
+            hessian[n * size + k] = got.length_gradient[k];
+        }
+    }
+    if with_length {
+        hessian[n * size + n] = got.length_curvature;
+    }
+}
+
+fn evaluate_into<const C: usize>(
+    objective: &Objective,
+    robot: &Robot,
+    q: &[f64],
+    order: Order,
+    with_length: bool,
+    gradient: &mut [f64],
+    hessian: &mut [f64],
+) -> (f64, Status) {
+    let got = objective.evaluate::<C>(robot, q, order, with_length);
+    write(&got, q.len(), with_length, gradient, hessian);
+    (got.value, got.status)
+}
+
+fn evaluate_many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], order: Order, with_length: bool, out: &mut Answers) {
+    if !with_length {
+        return objective.evaluate_many::<C>(robot, q, order, out);
+    }
+    let n = robot.n();
+    let size = n + 1;
+    for (i, q) in q.chunks_exact(n).enumerate() {
+        let gradient = out.gradients.get_mut(i * size..(i + 1) * size).unwrap_or_default();
+        let hessian = out.hessians.get_mut(i * size * size..(i + 1) * size * size).unwrap_or_default();
+        (out.values[i], _) = evaluate_into::<C>(objective, robot, q, order, true, gradient, hessian);
+    }
+}
+
+#[pymethods]
+impl PyObjective {
+    /// Value and derivatives at a posture.
+    ///
+    /// Parameters
+    /// ----------
+    /// robot : Robot
+    ///     The robot.
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    /// order : {0, 1, 2}
+    ///     0: the value; 1: (value, gradient (n,)); 2: (value, gradient, Hessian (n, n)).
+    /// with_length : bool
+    ///     Append the characteristic length as entry n of gradient and Hessian.
+    ///
+    /// Returns
+    /// -------
+    /// float, or tuple of float and arrays
+    ///     For a batch, arrays with a leading axis N, computed on every core with the GIL released.
+    ///
+    /// Notes
+    /// -----
+    /// At a singularity the value is its limit (inf for condition numbers and the parameter of singularity, 0 for manipulability and
+    /// the smallest singular value) and the derivatives are NaN. Where singular values coincide, spectral indices return one of their
+    /// one-sided gradients and a NaN Hessian. `status` tells which.
+    #[pyo3(signature = (robot, q, order=2, with_length=false))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        robot: &Bound<'py, PyRobot>,
+        q: &Bound<'py, PyAny>,
+        order: i64,
+        with_length: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let order = self::order(order)?;
+        self.check_length(with_length)?;
+        let robot = &*robot.get().robot;
+        ok(self.objective.check(robot))?;
+        let n = robot.n();
+        let size = n + usize::from(with_length);
+        let mut buffer = [0.0; MAX_JOINTS];
+        if q.cast::<PyArray1<f64>>().is_err()
+            && let Postures::Many(rows) = read_rows("q", q, n)?
+        {
+            let parts = self.many(py, robot, &rows, order, with_length)?;
+            return Ok(if order == Order::Value { parts.get_item(0)? } else { parts.into_any() });
+        }
+        read_vector("q", q, n, &mut buffer)?;
+        let q = &buffer[..n];
+        let gradient = if order >= Order::Gradient { Some(unsafe_vector(py, size)) } else { None };
+        let hessian = if order == Order::Hessian { Some(unsafe_square(py, size)) } else { None };
+        // SAFETY: both arrays are new and contiguous, and nobody else has them.
+        let g: &mut [f64] = match &gradient {
+            Some(array) => unsafe { std::slice::from_raw_parts_mut(array.data(), size) },
+            None => &mut [],
+        };
+        let h: &mut [f64] = match &hessian {
+            Some(array) => unsafe { std::slice::from_raw_parts_mut(array.data(), size * size) },
+            None => &mut [],
+        };
+        let (value, _) = with_capacity!(n, evaluate_into(&self.objective, robot, q, order, with_length, g, h));
+        self.check()?;
+        match (gradient, hessian) {
+            (Some(gradient), Some(hessian)) => Ok((value, gradient, hessian).into_pyobject(py)?.into_any()),
+            (Some(gradient), None) => Ok((value, gradient).into_pyobject(py)?.into_any()),
+            _ => Ok(value.into_pyobject(py)?.into_any()),
+        }
+    }
+
+    /// Values and derivatives at many postures on a chosen number of threads.
+    ///
+    /// Parameters
+    /// ----------
+    /// robot : Robot
+    ///     The robot.
+    /// q : array_like, shape (N, n)
+    ///     Joint coordinates [rad or m].
+    /// order : {0, 1, 2}
+    ///     As for `evaluate`.
+    /// threads : int, optional
+    ///     Number of threads; every core if not given.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of arrays
+    ///     (N,), and (N, n), and (N, n, n), as far as `order` asks.
+    #[pyo3(signature = (robot, q, order=2, threads=None))]
+    fn evaluate_many<'py>(
+        &self,
+        py: Python<'py>,
+        robot: &Bound<'py, PyRobot>,
+        q: &Bound<'py, PyAny>,
+        order: i64,
+        threads: Option<usize>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let order = self::order(order)?;
+        let robot = &*robot.get().robot;
+        ok(self.objective.check(robot))?;
+        let rows = match read_rows("q", q, robot.n())? {
+            Postures::Many(rows) => rows,
+            Postures::One(row) => row[..robot.n()].to_vec(),
+        };
+        let Some(threads) = threads else { return self.many(py, robot, &rows, order, false) };
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Failure::from(Error::value("threads", threads, &format!("a number of threads that can be started ({e})"))))?;
+        self.many_in(py, Some(&pool), robot, &rows, order, false)
+    }
+
+    /// "regular", "repeated" (singular values coincide), "singular" or "outside limits".
+    fn status(&self, robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>) -> PyResult<&'static str> {
+        let robot = &*robot.get().robot;
+        ok(self.objective.check(robot))?;
+        let n = robot.n();
+        let mut buffer = [0.0; MAX_JOINTS];
+        read_vector("q", q, n, &mut buffer)?;
+        let (_, status) = with_capacity!(n, evaluate_into(&self.objective, robot, &buffer[..n], Order::Gradient, false, &mut [], &mut []));
+        self.check()?;
+        Ok(match status {
+            Status::Regular => "regular",
+            Status::Repeated => "repeated",
+            Status::Singular => "singular",
+            Status::OutsideLimits => "outside limits",
+        })
+    }
+
+    /// The length that all terms share [m], or None.
+    #[getter]
+    fn length(&self) -> Option<f64> {
+        self.objective.length()
+    }
+
+    /// The same objective with another length in every term that has one.
+    fn with_length(&self, length: f64) -> PyResult<Self> {
+        ok(redundancy::error::check_positive("length", length))?;
+        Ok(Self { objective: self.objective.with_length(length), custom: self.custom.clone() })
+    }
+
+    fn __add__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
+        match other.cast::<Self>() {
+            Ok(other) => self.sum(other.get()),
+            Err(_) => self.sum(&Self::from_callable(other)?),
+        }
+    }
+
+    fn __radd__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::from_callable(other)?.sum(self)
+    }
+
+    fn __mul__(&self, weight: f64) -> PyResult<Self> {
+        let terms = self.objective.terms().iter().map(|(w, index)| (weight * w, index.clone())).collect();
+        Ok(Self { objective: ok(Objective::new(terms))?, custom: self.custom.clone() })
+    }
+
+    fn __rmul__(&self, weight: f64) -> PyResult<Self> {
+        self.__mul__(weight)
+    }
+
+    fn __repr__(&self) -> String {
+        let terms: Vec<String> = self
+            .objective
+            .terms()
+            .iter()
+            .map(|(w, index)| if *w == 1.0 { format!("{index:?}") } else { format!("{w} * {index:?}") })
+            .collect();
+        terms.join(" + ")
+    }
+}
+
+fn unsafe_vector(py: Python<'_>, size: usize) -> Bound<'_, PyArray1<f64>> {
+    // SAFETY: every element is written before the array is handed out.
+    unsafe { PyArray1::new(py, [size], false) }
+}
+
+fn unsafe_square(py: Python<'_>, size: usize) -> Bound<'_, PyArray2<f64>> {
+    // SAFETY: as above.
+    unsafe { PyArray2::new(py, [size, size], false) }
+}
+
+impl PyObjective {
+    fn many<'py>(&self, py: Python<'py>, robot: &Robot, rows: &[f64], order: Order, with_length: bool) -> PyResult<Bound<'py, PyTuple>> {
+        self.many_in(py, None, robot, rows, order, with_length)
+    }
+
+    fn many_in<'py>(
+        &self,
+        py: Python<'py>,
+        pool: Option<&rayon::ThreadPool>,
+        robot: &Robot,
+        rows: &[f64],
+        order: Order,
+        with_length: bool,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let n = robot.n();
+        let count = rows.len() / n;
+        let size = n + usize::from(with_length);
+        let (g, h) = (if order >= Order::Gradient { size } else { 0 }, if order == Order::Hessian { size * size } else { 0 });
+        let arrays = (output(py, None, [count])?, output(py, None, [count, g])?, output(py, None, [count * h.min(1), size, size])?);
+        let (values, gradients, hessians) = (elements(&arrays.0), elements(&arrays.1), elements(&arrays.2));
+        py.detach(|| {
+            let mut work = || {
+                for_each_chunk(rows, n, [(values, 1), (gradients, g), (hessians, h)], |q, [values, gradients, hessians]| {
+                    let out = &mut Answers { values, gradients, hessians };
+                    with_capacity!(n, evaluate_many(&self.objective, robot, q, order, with_length, out));
+                })
+            };
+            match pool {
+                Some(pool) => pool.install(work),
+                None => work(),
+            }
+        });
+        self.check()?;
+        let mut parts = vec![arrays.0.into_any()];
+        if g > 0 {
+            parts.push(arrays.1.into_any());
+        }
+        if h > 0 {
+            parts.push(arrays.2.into_any());
+        }
+        Ok(PyTuple::new(py, parts)?)
+    }
+}

@@ -1,0 +1,60 @@
+//! The Python module `redundancy._core`: arrays in, arrays out, in the rooms of the core. No formula lives here.
+
+mod array;
+mod collision;
+mod design;
+mod errors;
+mod index;
+mod plan;
+mod qp;
+mod resolve;
+mod robot;
+mod task;
+
+use pyo3::prelude::*;
+
+/// The compiled core.
+#[pymodule]
+mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use super::collision::scene::{PyProximity, PyScene};
+    #[pymodule_export]
+    use super::collision::shape::{PyBody, PyShape, bodies_from_urdf_py, capsules_along_links_py, self_pairs_py};
+    #[pymodule_export]
+    use super::design::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
+    #[pymodule_export]
+    use super::index::kinds::{
+        ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, SingularityParameter, SmallestSingularValue,
+    };
+    #[pymodule_export]
+    use super::index::objective::PyObjective;
+    #[pymodule_export]
+    use super::plan::map::{PyLattice, find_route_py};
+    #[pymodule_export]
+    use super::plan::refine::{least_value_py, refine_path, restore_path};
+    #[pymodule_export]
+    use super::qp::solve_qp;
+    #[pymodule_export]
+    use super::resolve::quadratic::PyQuadraticProgram;
+    #[pymodule_export]
+    use super::resolve::rate::{
+        Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
+        WeightedInverse,
+    };
+    #[pymodule_export]
+    use super::resolve::secondary::PyPosturePull;
+    #[pymodule_export]
+    use super::resolve::sqp::PyOrthogonalSqp;
+    #[pymodule_export]
+    use super::robot::PyRobot;
+    #[pymodule_export]
+    use super::task::PyTask;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
+    }
+}

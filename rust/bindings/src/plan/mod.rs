@@ -1,0 +1,4 @@
+//! Maps and plans of whole paths.
+
+pub mod map;
+pub mod refine;

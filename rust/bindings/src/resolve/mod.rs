@@ -1,0 +1,8 @@
+//! The solvers: `redundancy.OrthogonalSQP`, the methods at the level of rates, `redundancy.QuadraticProgram`.
+
+pub mod quadratic;
+pub mod quadratic_arguments;
+pub mod rate;
+pub mod secondary;
+pub mod solution;
+pub mod sqp;

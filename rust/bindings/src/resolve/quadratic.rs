@@ -1,0 +1,511 @@
+//! `redundancy.QuadraticProgram`.
+
+use std::sync::{Mutex, MutexGuard};
+
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::prelude::*;
+
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_vector, vector};
+use crate::collision::scene::PyScene;
+use crate::index::objective::PyObjective;
+use crate::resolve::quadratic_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
+use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::robot::PyRobot;
+use crate::task::PyTask;
+use redundancy::collision::{Damping, Distances, Found, Proximity};
+use redundancy::error::{Error, check_positive};
+use redundancy::kinematics::forward;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::optimize::qp::Row;
+use redundancy::resolve::{
+    Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Solution, Tick,
+};
+use redundancy::task::Target;
+use redundancy::with_capacity;
+
+/// Resolution of the redundancy as a quadratic programme (Dufour and Suleiman 2020).
+///
+/// Each `step` minimises ``qd' Q qd / 2 + stiffness |t - J qd|^2 / 2 + (the worth of an index)`` (eq. 3, with the deviation ``delta = t - J qd``
+/// in the objective) within limits of position, speed and acceleration, rows ``lower <= A qd <= upper`` and the distances to obstacles
+/// (eq. A.1).
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     The robot.
+/// task : Task
+///     What the tool has to do: any task, so that the free spin of a welding torch and the elbow of a seven-axis arm are one thing.
+/// objective : Objective, optional
+///     What is kept small beside the task: ``-1.0 * Manipulability(...)``, a ConditionNumber, any sum.
+/// weight : float
+///     Weight of the objective (alpha).
+/// form : {"curvature", "equality", "printed"}
+///     "curvature": ``weight (T g'qd + T^2 qd'H qd / 2)`` (eq. 10), and where that would take more than half the cost of the rates,
+///     only what is convex of it; "printed": the same without that care, which is not convex for large weights; "equality":
+///     ``weight (|value| + T g'qd)^2 / 2`` (eq. 14), convex whatever the weight.
+/// derivatives : {"exact", "bfgs", "differences"}
+///     Exact gradient and Hessian; exact gradient and the direct BFGS update (eq. 20, corrected); or differences of values (eq. 17, 19).
+/// rate_weights : float or array_like, shape (n,)
+///     Q, the weight of each joint's squared rate.
+/// stiffness : float
+///     Weight of the squared deviation from the task where a step gives none.
+/// largest_deviation : tuple of float, optional
+///     Largest angular [rad/s] and linear [m/s] deviation of any component; it gives way before rows do.
+/// length : float, optional
+///     Weighs angular deviations against linear ones [m]. 1 if not given.
+/// dt : float
+///     Length of a tick [s].
+/// limits : bool
+///     Whether limits of position, speed and acceleration hold.
+/// scene : Scene, optional
+///     Bodies of the robot, and obstacles.
+/// influence, security : float
+///     Distances [m] below which a pair is looked at, and which no pair may fall short of.
+/// damping : float
+///     Speed at which a distance may fall at the influence distance [m/s]; in proportion below.
+/// tolerance : float
+///     Deviation, as a part of the twist, up to which the task counts as kept.
+///
+/// Raises
+/// ------
+/// InvalidValueError
+///     If a setting is out of its domain.
+/// ShapeError
+///     If the weights do not fit the robot.
+#[pyclass(name = "QuadraticProgram", frozen, module = "redundancy._core")]
+pub struct PyQuadraticProgram {
+    solver: QuadraticSolver,
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Option<Py<PyAny>>,
+    guard: Option<(Py<PyScene>, Damping)>,
+    /// What is remembered from step to step, and what came of the last one.
+    state: Mutex<State>,
+}
+
+#[derive(Clone, Copy)]
+struct State {
+    memory: QuadraticMemory,
+    outcome: Outcome,
+    near: [Proximity; MAX_NEAR],
+    count: usize,
+    own: usize,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        let outcome = Outcome {
+            status: QuadraticStatus::Solved,
+            deviation: [0.0; 6],
+            failed: 0,
+            beyond_deviation: false,
+            conditioned: true,
+            changes: 0,
+        };
+        Self { memory: QuadraticMemory::default(), outcome, near: [Proximity::NONE; MAX_NEAR], count: 0, own: 0 }
+    }
+}
+
+/// A scene that is locked for each question alone: a Python objective between two of them may ask it, or let another thread do so.
+struct Shared<'a>(&'a PyScene);
+
+impl Distances for Shared<'_> {
+    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> redundancy::error::Result<Found> {
+        self.0.lock().near(q, influence, out)
+    }
+}
+
+/// A step as Python asks for it.
+struct Asked<'a> {
+    q: &'a [f64],
+    twist: Row6,
+    stiffness: f64,
+    rows: &'a [f64],
+    lower: &'a [f64],
+    upper: &'a [f64],
+}
+
+fn step<const C: usize>(
+    this: &PyQuadraticProgram,
+    asked: &Asked<'_>,
+    state: &mut State,
+    rates: &mut [f64],
+) -> redundancy::error::Result<()> {
+    let n = asked.q.len();
+    let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_OWN_ROWS];
+    for (k, row) in rows[..asked.lower.len()].iter_mut().enumerate() {
+        row.a[..n].copy_from_slice(&asked.rows[k * n..(k + 1) * n]);
+        (row.lower, row.upper) = (asked.lower[k], asked.upper[k]);
+    }
+    state.own = asked.lower.len();
+    let tick = Tick { q: asked.q, twist: asked.twist, stiffness: asked.stiffness, rows: &rows[..state.own] };
+    state.count = 0;
+    state.outcome = match &this.guard {
+        None => this.solver.step::<C>(&tick, &mut state.memory, rates),
+        Some((scene, damping)) => {
+            let mut scene = Shared(scene.get());
+            let mut guard = Guard::new(&mut scene, *damping);
+            let outcome = guard.step::<C>(&this.solver, &tick, &mut state.memory, rates)?;
+            (state.near, state.count) = (guard.near, guard.count);
+            outcome
+        }
+    };
+    Ok(())
+}
+
+fn tool<const C: usize>(solver: &QuadraticSolver, q: &[f64]) -> Frame {
+    forward::<C>(solver.robot(), q)
+}
+
+fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q: &[f64]) -> Solution {
+    solver.solve::<C>(target, q)
+}
+
+fn best<const C: usize>(solver: &QuadraticSolver, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+    solver.solve_best::<C>(target, starts, seed)
+}
+
+fn follow<const C: usize>(solver: &QuadraticSolver, targets: &[Target], q: &[f64]) -> Vec<Solution> {
+    solver.follow::<C>(targets, q)
+}
+
+impl PyQuadraticProgram {
+    fn state(&self) -> MutexGuard<'_, State> {
+        // What a panic of another thread left is still a state.
+        self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        match self.objective.as_ref().and_then(|objective| objective.bind(py).cast::<PyObjective>().ok()) {
+            Some(objective) => objective.get().check(),
+            None => Ok(()),
+        }
+    }
+
+    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
+        let mut buffer = [0.0; MAX_JOINTS];
+        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
+        Ok(buffer)
+    }
+}
+
+#[pymethods]
+impl PyQuadraticProgram {
+    #[new]
+    #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", rate_weights=None,
+                        stiffness=1e4, largest_deviation=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
+                        security=0.02, damping=0.5, tolerance=1e-3))]
+    fn new(
+        robot: Py<PyRobot>,
+        task: Py<PyTask>,
+        objective: Option<&Bound<'_, PyAny>>,
+        weight: f64,
+        form: &str,
+        derivatives: &str,
+        rate_weights: Option<&Bound<'_, PyAny>>,
+        stiffness: f64,
+        largest_deviation: Option<(f64, f64)>,
+        length: f64,
+        dt: f64,
+        limits: bool,
+        scene: Option<Py<PyScene>>,
+        influence: f64,
+        security: f64,
+        damping: f64,
+        tolerance: f64,
+    ) -> PyResult<Self> {
+        let core = robot.get().robot.clone();
+        let n = core.n();
+        let settings = QuadraticSettings {
+            length,
+            dt,
+            rate_weights: read_rate_weights(rate_weights, n)?,
+            stiffness,
+            largest_deviation: largest_deviation.unwrap_or((f64::INFINITY, f64::INFINITY)),
+            limits,
+            tolerance,
+        };
+        let index = objective.map(|given| Ok::<_, PyErr>((given.cast::<PyObjective>()?.get().objective.clone(), weight))).transpose()?;
+        let guard = match scene {
+            None => None,
+            Some(scene) => {
+                if !scene.get().lock().robot().is_same_chain(&core) {
+                    return Err(Error::value("scene", "that of another robot", "bodies of this robot").into());
+                }
+                Some((scene, ok(Damping::new(influence, security, damping))?))
+            }
+        };
+        let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
+        Ok(Self {
+            solver,
+            robot,
+            task,
+            objective: objective.map(|objective| objective.clone().unbind()),
+            guard,
+            state: Mutex::new(State::default()),
+        })
+    }
+
+    /// The robot.
+    #[getter]
+    fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
+        self.robot.clone_ref(py)
+    }
+
+    /// The task.
+    #[getter]
+    fn task(&self, py: Python<'_>) -> Py<PyTask> {
+        self.task.clone_ref(py)
+    }
+
+    /// The objective, if any.
+    #[getter]
+    fn objective(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.objective.as_ref().map(|objective| objective.clone_ref(py))
+    }
+
+    /// The scene, if any.
+    #[getter]
+    fn scene(&self, py: Python<'_>) -> Option<Py<PyScene>> {
+        self.guard.as_ref().map(|(scene, _)| scene.clone_ref(py))
+    }
+
+    /// Length that weighs angles against distances [m].
+    #[getter]
+    fn length(&self) -> f64 {
+        self.solver.settings().length
+    }
+
+    /// Length of a tick [s].
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.solver.settings().dt
+    }
+
+    /// Joint rates of one control tick.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// twist : array_like, shape (6,)
+    ///     Desired twist [omega; v] of the tool point in the base frame [rad/s, m/s]; its free components are not looked at.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    /// stiffness : float, optional
+    ///     Weight of the squared deviation in this tick, as of `stiffness_profile`; the solver's if not given.
+    /// rates : array_like, shape (n,), optional
+    ///     Rates of the tick before, from which accelerations count [rad/s or m/s]; those that the last step answered if not given,
+    ///     none after `reset`.
+    /// rows : array_like, shape (m, n), optional
+    ///     A of ``lower <= A qd <= upper``, at most 32 rows.
+    /// lower, upper : array_like, shape (m,), optional
+    ///     Their limits; infinite if not given.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     Rates [rad/s or m/s]: always finite and within the limits of the joints. `status`, `deviation`, `failed` and `near` tell how
+    ///     they came about.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or a limit of a row is infinite on the side that nothing can meet.
+    ///
+    /// Notes
+    /// -----
+    /// Where not everything can be kept, the task gives way first, then its largest deviation, by little, then all rows by the same least
+    /// amount. Limits of joints never give way. Beyond a position limit a joint may only move back. At a singularity of the task the programme is as convex as anywhere;
+    /// where the objective itself is singular the step goes without it. No allocation but that of the result and of the rows.
+    #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        twist: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        stiffness: Option<f64>,
+        rates: Option<&Bound<'py, PyAny>>,
+        rows: Option<&Bound<'py, PyAny>>,
+        lower: Option<&Bound<'py, PyAny>>,
+        upper: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let q = self.posture("q", q)?;
+        let mut desired = [0.0; 6];
+        read_vector("twist", twist, 6, &mut desired)?;
+        let stiffness = ok(stiffness.map_or(Ok(self.solver.settings().stiffness), |value| check_positive("stiffness", value)))?;
+        let (rows, lower, upper) = read_constraints(rows, lower, upper, n)?;
+        let before = rates.map(|rates| self.posture("rates", rates)).transpose()?;
+        let array = output(py, out, [n])?;
+        // Taken out, not held: a Python objective may let another thread in.
+        let mut state = *self.state();
+        if before.is_some() {
+            state.memory.rates = before;
+        }
+        let asked = Asked { q: &q[..n], twist: desired, stiffness, rows: &rows, lower: &lower, upper: &upper };
+        ok(with_capacity!(n, step(self, &asked, &mut state, elements(&array))))?;
+        *self.state() = state;
+        self.check(py)?;
+        Ok(array)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: ``(P_d - P_e) / T`` and the rotation vector of ``R_d R_e'`` over T, as far as
+    /// the task looks at them (Dufour and Suleiman 2020, eq. 1).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [omega; v] in the base frame [rad/s, m/s].
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let target = solution::target(self.solver.task(), target)?;
+        let q = self.posture("q", q)?;
+        let n = self.solver.robot().n();
+        let tool = with_capacity!(n, tool(&self.solver, &q[..n]));
+        let ([a, b, c], [x, y, z]) = self.solver.task().error(&tool, &target);
+        let dt = self.solver.settings().dt;
+        Ok(vector(py, &[a, b, c, x, y, z].map(|error| error / dt)))
+    }
+
+    /// How the last `step` ended: "solved", "relaxed" (the task gave way to rows, obstacles or the worth of the objective), "limited" (to limits of
+    /// joints), "infeasible" (rows exclude each other or the limits: they failed by as little as can be), or "not convex" (the printed
+    /// form, which then goes without the objective).
+    #[getter]
+    fn status(&self) -> &'static str {
+        match self.state().outcome.status {
+            QuadraticStatus::Solved => "solved",
+            QuadraticStatus::Relaxed => "relaxed",
+            QuadraticStatus::Limited => "limited",
+            QuadraticStatus::Infeasible => "infeasible",
+            QuadraticStatus::NotConvex => "not convex",
+        }
+    }
+
+    /// The part of the twist that the last `step` did not follow, [omega; v] (6,) [rad/s, m/s].
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.state().outcome.deviation)
+    }
+
+    /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, or "largest_deviation".
+    #[getter]
+    fn failed(&self) -> Vec<String> {
+        let state = *self.state();
+        let names = self.guard.as_ref().map(|(scene, _)| scene.get().lock());
+        let name = |k: usize| match &names {
+            Some(scene) if k >= state.own => PyScene::name_of(scene, state.near[k - state.own].pair).join(" and "),
+            _ => format!("row {k}"),
+        };
+        let rows = (0..state.own + state.count).filter(|k| state.outcome.failed >> k & 1 == 1).map(name);
+        rows.chain(state.outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
+    }
+
+    /// Smallest distance between the pairs that were looked at in the last `step`, at the posture it was given [m]; infinite where none was near.
+    #[getter]
+    fn distance(&self) -> f64 {
+        let state = self.state();
+        state.near[..state.count].iter().map(|pair| pair.distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether the objective could be evaluated in the last `step`.
+    #[getter]
+    fn conditioned(&self) -> bool {
+        self.state().outcome.conditioned
+    }
+
+    /// Constraints that the last programme added or dropped.
+    #[getter]
+    fn changes(&self) -> usize {
+        self.state().outcome.changes
+    }
+
+    /// Forgets the rates of the tick before, what BFGS knows, and the active constraints.
+    fn reset(&self) {
+        *self.state() = State::default();
+    }
+
+    /// A posture on a target: steps with the objective, without obstacles and speed limits, then Newton onto the target.
+    ///
+    /// Parameters
+    /// ----------
+    /// target : array_like
+    ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
+    ///     rows.
+    /// q0 : array_like, shape (n,), optional
+    ///     Start; if not given, the best of ``starts`` random postures.
+    /// starts, seed : int
+    ///     Number and seed of the random starts.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (n,)
+    ///     Joint coordinates; the nearest found when unreachable (NaN when no start came near).
+    /// value : float
+    ///     Objective there, NaN without.
+    /// status : str
+    ///     "on target" or "unreachable".
+    /// iterations : int
+    ///     Steps.
+    #[pyo3(signature = (target, q0=None, starts=24, seed=0))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        target: &Bound<'py, PyAny>,
+        q0: Option<&Bound<'py, PyAny>>,
+        starts: usize,
+        seed: u64,
+    ) -> PyResult<Solved<'py>> {
+        let target = solution::target(self.solver.task(), target)?;
+        let n = self.solver.robot().n();
+        let solver = &self.solver;
+        let solution = match q0 {
+            Some(q0) => {
+                let q = self.posture("q0", q0)?;
+                Some(py.detach(|| with_capacity!(n, solve(solver, &target, &q[..n]))))
+            }
+            None => py.detach(|| with_capacity!(n, best(solver, &target, starts, seed))),
+        };
+        self.check(py)?;
+        Ok(solved(py, solution, n))
+    }
+
+    /// Along some targets, each solved from the posture of the one before.
+    ///
+    /// Parameters
+    /// ----------
+    /// targets : array_like, shape (N, k)
+    ///     Targets as for `solve`.
+    /// q0 : array_like, shape (n,)
+    ///     Start.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (N, n)
+    ///     Joint coordinates.
+    /// value, position_error, axis_error : ndarray, shape (N,)
+    ///     Objective, distance [m] and angle [rad] to the targets.
+    /// statuses : list of str
+    ///     As for `solve`.
+    /// iterations : int
+    ///     Steps altogether.
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
+        let targets = solution::targets(self.solver.task(), targets)?;
+        let q = self.posture("q0", q0)?;
+        let n = self.solver.robot().n();
+        let solver = &self.solver;
+        let points = py.detach(|| with_capacity!(n, follow(solver, &targets, &q[..n])));
+        self.check(py)?;
+        followed(py, &points, n)
+    }
+}

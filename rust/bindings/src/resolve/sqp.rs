@@ -1,0 +1,278 @@
+//! `redundancy.OrthogonalSQP`.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use numpy::{PyArray1, PyArrayDyn};
+use pyo3::prelude::*;
+
+use crate::errors::PyResult;
+
+use crate::array::{elements, ok, output, read_vector, vector};
+use crate::index::objective::PyObjective;
+use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::robot::PyRobot;
+use crate::task::PyTask;
+use redundancy::error::Error;
+use redundancy::kinematics::forward;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
+use redundancy::robot::Robot;
+use redundancy::task::{Target, Task};
+use redundancy::with_capacity;
+
+/// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
+///
+/// Parameters
+/// ----------
+/// robot : Robot
+///     With at least as many joints as the task has dimensions.
+/// task : Task
+///     What the tool has to do.
+/// objective : Objective
+///     What the free motion minimises.
+/// length : float, optional
+///     Distance of the tool's two points (4.5) [m]: weighs angles against distances. The objective's length, or 1, if not given.
+/// hessian : {"exact", "bfgs"}
+///     The exact Hessian of the objective, or BFGS updates (3.51a) that start from it.
+/// gain : float
+///     Rate at which `step` closes the distance to the objective's minimum [1/s].
+/// dt : float
+///     Length of a control tick [s].
+/// limits : bool
+///     Whether position limits (and in `step` speed limits) hold.
+/// tolerance : float
+///     Error at which a target counts as reached [rad, and m over length].
+/// max_iterations : int
+///     Steps of one solution at most.
+///
+/// Raises
+/// ------
+/// InvalidValueError
+///     If a setting is out of its domain or the robot has too few joints.
+#[pyclass(name = "OrthogonalSQP", frozen, module = "redundancy._core")]
+pub struct PyOrthogonalSqp {
+    solver: OrthogonalSqp,
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Py<PyObjective>,
+    last: AtomicU8,
+}
+
+fn rate<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, out: &mut [f64]) -> StepStatus {
+    solver.step::<C>(q, twist, out)
+}
+
+fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q: &[f64]) -> Solution {
+    solver.solve::<C>(target, q)
+}
+
+fn best<const C: usize>(solver: &OrthogonalSqp, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+    solver.solve_best::<C>(target, starts, seed)
+}
+
+fn follow<const C: usize>(solver: &OrthogonalSqp, targets: &[Target], q: &[f64]) -> Vec<Solution> {
+    let mut points = Vec::with_capacity(targets.len());
+    solver.follow::<C>(targets, q, |_, point| points.push(*point));
+    points
+}
+
+fn error<const C: usize>(robot: &Robot, task: &Task, q: &[f64], target: &Target) -> Row6 {
+    let ([a, b, c], [x, y, z]) = task.error(&forward::<C>(robot, q), target);
+    [a, b, c, x, y, z]
+}
+
+impl PyOrthogonalSqp {
+    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
+        let mut buffer = [0.0; MAX_JOINTS];
+        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
+        Ok(buffer)
+    }
+}
+
+#[pymethods]
+impl PyOrthogonalSqp {
+    #[new]
+    #[pyo3(signature = (robot, task, objective, *, length=None, hessian="exact", gain=10.0, dt=1e-3, limits=true, tolerance=1e-12, max_iterations=100))]
+    fn new(
+        py: Python<'_>,
+        robot: Py<PyRobot>,
+        task: Py<PyTask>,
+        objective: Py<PyObjective>,
+        length: Option<f64>,
+        hessian: &str,
+        gain: f64,
+        dt: f64,
+        limits: bool,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> PyResult<Self> {
+        let exact_hessian = match hessian {
+            "exact" => true,
+            "bfgs" => false,
+            _ => return Err(Error::value("hessian", format!("{hessian:?}"), "\"exact\" or \"bfgs\"").into()),
+        };
+        let terms = &objective.bind(py).get().objective;
+        let length = length.or_else(|| terms.length()).unwrap_or(1.0);
+        let settings = Settings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
+        let solver = OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings);
+        Ok(Self { solver: ok(solver)?, robot, task, objective, last: AtomicU8::new(0) })
+    }
+
+    /// The robot.
+    #[getter]
+    fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
+        self.robot.clone_ref(py)
+    }
+
+    /// The task.
+    #[getter]
+    fn task(&self, py: Python<'_>) -> Py<PyTask> {
+        self.task.clone_ref(py)
+    }
+
+    /// The objective.
+    #[getter]
+    fn objective(&self, py: Python<'_>) -> Py<PyObjective> {
+        self.objective.clone_ref(py)
+    }
+
+    /// Distance of the tool's two points [m].
+    #[getter]
+    fn length(&self) -> f64 {
+        self.solver.settings().length
+    }
+
+    /// Joint rates of one control tick (Leger 2014, eq. 4.20).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// twist : array_like, shape (6,)
+    ///     Desired twist [omega; v] of the tool point in the base frame [rad/s, m/s]; add a gain times `error` for feedback (4.19). Its free
+    ///     components are not looked at.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     Rates [rad/s or m/s]: finite, within speed limits, never across a position limit within ``dt``. `step_status` tells how they came about.
+    ///
+    /// Notes
+    /// -----
+    /// Where the task's Jacobian is nearly singular the step is damped (shortest over longest orthogonal row below 1e-4) and the objective is left
+    /// aside. No allocation but that of the result.
+    #[pyo3(signature = (q, twist, out=None))]
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        twist: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let q = self.posture("q", q)?;
+        let mut desired = [0.0; 6];
+        read_vector("twist", twist, 6, &mut desired)?;
+        let array = output(py, out, [n])?;
+        let status = with_capacity!(n, rate(&self.solver, &q[..n], &desired, elements(&array)));
+        self.objective.get().check()?;
+        self.last.store(status as u8, Ordering::Relaxed);
+        Ok(array)
+    }
+
+    /// How the last `step` came about: "regular", "damped", "task only" (the objective has no derivatives there) or "limited".
+    #[getter]
+    fn step_status(&self) -> &'static str {
+        ["regular", "damped", "task only", "limited"][usize::from(self.last.load(Ordering::Relaxed)) & 3]
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target, shape (6,) [rad, m] (4.34).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates.
+    /// target : array_like
+    ///     As for `solve`.
+    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let q = self.posture("q", q)?;
+        let target = solution::target(self.solver.task(), target)?;
+        let n = self.solver.robot().n();
+        Ok(vector(py, &with_capacity!(n, error(self.solver.robot(), self.solver.task(), &q[..n], &target))))
+    }
+
+    /// A posture on a target at a minimum of the objective.
+    ///
+    /// Parameters
+    /// ----------
+    /// target : array_like
+    ///     Axisymmetric: (6,), position [m] and axis direction; full: (12,), position and rotation matrix by rows; position: (3,).
+    /// q0 : array_like, shape (n,), optional
+    ///     Start; if not given, the best of ``starts`` random postures within the limits.
+    /// starts, seed : int
+    ///     Number and seed of the random starts.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (n,)
+    ///     Joint coordinates; the nearest found when unreachable (NaN when no start came near).
+    /// value : float
+    ///     Objective there.
+    /// status : str
+    ///     "converged" (on target, at a minimum), "on target" (the limits or rounding stopped the objective) or "unreachable".
+    /// iterations : int
+    ///     Steps.
+    #[pyo3(signature = (target, q0=None, starts=24, seed=0))]
+    fn solve<'py>(
+        &self,
+        py: Python<'py>,
+        target: &Bound<'py, PyAny>,
+        q0: Option<&Bound<'py, PyAny>>,
+        starts: usize,
+        seed: u64,
+    ) -> PyResult<Solved<'py>> {
+        let target = solution::target(self.solver.task(), target)?;
+        let n = self.solver.robot().n();
+        let solver = &self.solver;
+        let solution = match q0 {
+            Some(q0) => {
+                let q = self.posture("q0", q0)?;
+                Some(py.detach(|| with_capacity!(n, solve(solver, &target, &q[..n]))))
+            }
+            None => py.detach(|| with_capacity!(n, best(solver, &target, starts, seed))),
+        };
+        self.objective.get().check()?;
+        Ok(solved(py, solution, n))
+    }
+
+    /// Along some targets, each solved from the posture of the one before.
+    ///
+    /// Parameters
+    /// ----------
+    /// targets : array_like, shape (N, k)
+    ///     Targets as for `solve`.
+    /// q0 : array_like, shape (n,)
+    ///     Start.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (N, n)
+    ///     Joint coordinates.
+    /// value, position_error, axis_error : ndarray, shape (N,)
+    ///     Objective, distance [m] and angle [rad] to the targets.
+    /// statuses : list of str
+    ///     As for `solve`.
+    /// iterations : int
+    ///     Steps altogether.
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
+        let targets = solution::targets(self.solver.task(), targets)?;
+        let q = self.posture("q0", q0)?;
+        let n = self.solver.robot().n();
+        let solver = &self.solver;
+        let points = py.detach(|| with_capacity!(n, follow(solver, &targets, &q[..n])));
+        self.objective.get().check()?;
+        followed(py, &points, n)
+    }
+}

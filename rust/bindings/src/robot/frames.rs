@@ -1,0 +1,74 @@
+//! Frames, limits and what a robot is given beside its chain, in and out.
+
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::errors::PyResult;
+
+use crate::array::{ok, read_any, read_list, read_matrix};
+use crate::robot::PyRobot;
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Limits, Robot};
+
+/// A frame; quickly when it comes as numpy makes it.
+pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
+    if let Ok(array) = value.cast::<PyArray2<f64>>()
+        && array.shape() == [4, 4]
+        && array.is_c_contiguous()
+        && let Ok(readable) = array.try_readonly()
+        && let Ok(numbers) = readable.as_slice()
+    {
+        return ok(Frame::from_matrix(name, numbers));
+    }
+    ok(Frame::from_matrix(name, &read_matrix(name, value)?))
+}
+
+/// Frames (N, 4, 4).
+pub fn read_frames(frames: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
+    let (numbers, _) = read_any("frames", frames)?;
+    ok(numbers.chunks(16).map(|matrix| Frame::from_matrix("frames", matrix)).collect())
+}
+
+/// An argument that may be left out.
+pub type Maybe<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+/// A frame, if there is one.
+fn read_maybe(name: &str, value: Maybe<'_, '_>) -> PyResult<Option<Frame>> {
+    value.map(|value| read_frame(name, value)).transpose()
+}
+
+/// The robot's limits with those that are given in their place.
+pub fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
+    let mut limits = robot.limits().clone();
+    let slots =
+        [("q_min", &mut limits.q_min), ("q_max", &mut limits.q_max), ("qd_max", &mut limits.qd_max), ("qdd_max", &mut limits.qdd_max)];
+    for ((name, slot), value) in slots.into_iter().zip(given) {
+        if let Some(value) = value {
+            *slot = read_list(name, value)?;
+        }
+    }
+    Ok(limits)
+}
+
+/// A robot with tool, base and limits.
+pub fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
+    if let Some(tool) = read_maybe("tool", tool)? {
+        robot = robot.with_tool(tool);
+    }
+    if let Some(base) = read_maybe("base", base)? {
+        robot = robot.with_base(base);
+    }
+    let limits = limits(&robot, given)?;
+    Ok(PyRobot::from(ok(robot.with_limits(limits))?))
+}
+
+/// A frame as a matrix (4, 4).
+pub fn matrix<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    Ok(PyArray1::from_slice(py, &frame.matrix()).reshape([4, 4])?)
+}
+
+/// Frames as matrices (N, 4, 4).
+pub fn matrices<'py>(py: Python<'py>, frames: &[Frame]) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    let numbers: Vec<f64> = frames.iter().flat_map(Frame::matrix).collect();
+    Ok(PyArray1::from_vec(py, numbers).reshape([frames.len(), 4, 4])?)
+}

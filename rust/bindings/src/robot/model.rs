@@ -1,0 +1,530 @@
+//! `redundancy.Robot`.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
+use pyo3::prelude::*;
+
+use crate::errors::PyResult;
+use pyo3::types::PyDict;
+
+use super::inverse::{self, Wanted, read_fixed};
+use crate::array::{elements, map_rows, ok, output, read_any, read_list, read_vector, vector};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame};
+use redundancy::error::{Error, Result};
+use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::frame::Frame;
+use redundancy::robot::{Convention, DhTable, RandomPostures, Robot, parse_joints};
+use redundancy::with_capacity;
+
+/// A serial robot: joints, fixed transforms, base, tool and limits; it never changes.
+///
+/// SI units and radians. A twist is [omega; v], angular part first, at the tool point, in the base frame; so are the rows of every
+/// Jacobian. Methods take one posture ``q`` of shape (n,) or a batch of shape (N, n), whose results have a leading axis N; batches run on
+/// every core with the GIL released. ``out`` receives the result instead of a new array: float64, C-contiguous, of the result's shape.
+///
+/// Raises
+/// ------
+/// ShapeError, NonFiniteError
+///     If an array has the wrong shape or holds NaN or infinities.
+#[pyclass(name = "Robot", frozen, eq, module = "redundancy._core")]
+pub struct PyRobot {
+    pub robot: Arc<Robot>,
+    /// Made when first asked for.
+    inverse: OnceLock<Result<Inverse>>,
+}
+
+impl PartialEq for PyRobot {
+    fn eq(&self, other: &Self) -> bool {
+        self.robot == other.robot
+    }
+}
+
+impl From<Robot> for PyRobot {
+    fn from(robot: Robot) -> Self {
+        Self { robot: Arc::new(robot), inverse: OnceLock::new() }
+    }
+}
+
+#[pymethods]
+impl PyRobot {
+    /// A robot from its Denavit-Hartenberg table.
+    ///
+    /// Parameters
+    /// ----------
+    /// a, d, alpha, theta : array_like, shape (n,)
+    ///     Lengths [m] and angles [rad]. Standard: ``T_i = Rz(theta) Tz(d) Tx(a) Rx(alpha)``; modified:
+    ///     ``T_i = Rx(alpha) Tx(a) Rz(theta) Tz(d)``. The joint coordinate adds to theta (R) or d (P).
+    /// joints : str, optional
+    ///     One letter a joint, R or P; all R if not given.
+    /// convention : {"standard", "modified"}
+    ///     Which of the two products the table means.
+    /// tool, base : array_like, shape (4, 4), optional
+    ///     Tool frame in the frame of the last row; base frame in the world.
+    /// q_min, q_max, qd_max, qdd_max : array_like, shape (n,), optional
+    ///     Limits [rad or m, per s, per s^2]; infinite where not given.
+    /// name : str
+    ///     Name.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
+    #[staticmethod]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    fn from_dh(
+        a: &Bound<'_, PyAny>,
+        d: &Bound<'_, PyAny>,
+        alpha: &Bound<'_, PyAny>,
+        theta: &Bound<'_, PyAny>,
+        joints: Option<&str>,
+        convention: &str,
+        tool: Maybe<'_, '_>,
+        base: Maybe<'_, '_>,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let table = DhTable {
+            convention: ok(Convention::parse(convention))?,
+            a: read_list("a", a)?,
+            d: read_list("d", d)?,
+            alpha: read_list("alpha", alpha)?,
+            theta: read_list("theta", theta)?,
+        };
+        let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
+        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+    }
+
+    /// A robot from the chain between two links of a URDF file.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like
+    ///     URDF file.
+    /// base, tip : str, optional
+    ///     Names of the first and last link; the root and the only end link if not given.
+    /// tool : array_like, shape (4, 4), optional
+    ///     Tool frame in the frame of the tip.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     If the file cannot be read, is no URDF or the chain is not serial.
+    /// InvalidValueError
+    ///     If a link does not exist (the message lists those that do).
+    #[staticmethod]
+    #[pyo3(signature = (path, base=None, tip=None, tool=None))]
+    fn from_urdf(path: PathBuf, base: Option<&str>, tip: Option<&str>, tool: Maybe<'_, '_>) -> PyResult<Self> {
+        finish(ok(Robot::from_urdf_file(&path, base, tip))?, tool, None, [None; 4])
+    }
+
+    /// A robot from the fixed transforms ahead of each joint, which moves about or along z, and the one after the last.
+    ///
+    /// Parameters
+    /// ----------
+    /// links : array_like, shape (n, 4, 4)
+    ///     Fixed transforms ahead of the joints.
+    /// flange : array_like, shape (4, 4)
+    ///     Fixed transform after the last joint.
+    /// joints : str
+    ///     One letter a joint, R or P.
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    ///     As for `from_dh`.
+    #[staticmethod]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    fn from_links(
+        links: &Bound<'_, PyAny>,
+        flange: &Bound<'_, PyAny>,
+        joints: &str,
+        tool: Maybe<'_, '_>,
+        base: Maybe<'_, '_>,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let (numbers, shape) = read_any("links", links)?;
+        if shape.len() != 3 || shape[1..] != [4, 4] {
+            return Err(Error::Shape { name: "links".into(), got: format!("{shape:?}"), expected: "(n, 4, 4)".into() }.into());
+        }
+        let frames = numbers.chunks_exact(16).map(|m| ok(Frame::from_matrix("links", m))).collect::<PyResult<Vec<_>>>()?;
+        let flange = read_frame("flange", flange)?;
+        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+    }
+
+    /// Number of joints.
+    #[getter]
+    fn n(&self) -> usize {
+        self.robot.n()
+    }
+
+    /// Name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.robot.name()
+    }
+
+    /// One letter a joint, R (revolute) or P (prismatic).
+    #[getter]
+    fn joints(&self) -> String {
+        self.robot.joint_letters()
+    }
+
+    /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
+    #[getter]
+    fn q_min<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().q_min)
+    }
+
+    /// Upper position limits, shape (n,) [rad or m]; inf where there is none.
+    #[getter]
+    fn q_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().q_max)
+    }
+
+    /// Speed limits, shape (n,) [rad/s or m/s]; inf where there is none.
+    #[getter]
+    fn qd_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().qd_max)
+    }
+
+    /// Acceleration limits, shape (n,) [rad/s^2 or m/s^2]; inf where there is none.
+    #[getter]
+    fn qdd_max<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.limits().qdd_max)
+    }
+
+    /// Tool frame in the flange frame, shape (4, 4).
+    #[getter]
+    fn tool<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.tool())
+    }
+
+    /// Base frame in the world, shape (4, 4).
+    #[getter]
+    fn base<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.base())
+    }
+
+    /// Fixed transform after the last joint, without the tool, shape (4, 4).
+    #[getter]
+    fn flange<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, self.robot.flange())
+    }
+
+    /// Fixed transforms ahead of the joints, without the base, shape (n, 4, 4).
+    #[getter]
+    fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        matrices(py, self.robot.bare_links())
+    }
+
+    /// The DH table it was made from (convention, a, d, alpha, theta), or None.
+    #[getter]
+    fn dh<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(table) = self.robot.dh() else { return Ok(None) };
+        let dict = PyDict::new(py);
+        dict.set_item("convention", table.convention.name())?;
+        for (name, column) in [("a", &table.a), ("d", &table.d), ("alpha", &table.alpha), ("theta", &table.theta)] {
+            dict.set_item(name, vector(py, column))?;
+        }
+        Ok(Some(dict))
+    }
+
+    /// Tool frame in the base frame, shape (4, 4) (batch: (N, 4, 4)).
+    #[pyo3(signature = (q, out=None))]
+    fn fk<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            if let Ok(out) = out.try_into() {
+                forward::<C>(robot, q).write_matrix(out);
+            }
+        }
+        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Geometric Jacobian, shape (6, n) (batch: (N, 6, n)): rows [omega; v], angular first, at the tool point, in the base frame
+    /// (Leger 2014, eq. 1.2).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            jacobian::<C>(robot, q).1.write(out);
+        }
+        map_rows::<2, 3>(py, robot.n(), q, out, [6, robot.n()], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Derivative of the Jacobian, shape (6, n, n) (batch: (N, 6, n, n)): ``[:, i, k]`` is dJ_i/dq_k (Leger 2014, eq. 3.10 to 3.22).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian_derivative<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        let n = robot.n();
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            first_derivative(&jacobian::<C>(robot, q).1, out);
+        }
+        map_rows::<3, 4>(py, n, q, out, [6, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Second derivative of the Jacobian, shape (6, n, n, n) (batch: (N, 6, n, n, n)): ``[:, i, k, l]`` is d2J_i/dq_k dq_l
+    /// (Leger 2014, eq. 3.41, 3.42).
+    #[pyo3(signature = (q, out=None))]
+    fn jacobian_second_derivative<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let robot = &*self.robot;
+        let n = robot.n();
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
+            second_derivative(&jacobian::<C>(robot, q).1, out);
+        }
+        map_rows::<4, 5>(py, n, q, out, [6, n, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+    }
+
+    /// Time derivative of the Jacobian at rates ``qd``, shape (6, n); one posture at a time.
+    #[pyo3(signature = (q, qd, out=None))]
+    fn jacobian_rate<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        qd: &Bound<'py, PyAny>,
+        out: Maybe<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.robot.n();
+        let (mut posture, mut rates) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        read_vector("q", q, n, &mut posture)?;
+        read_vector("qd", qd, n, &mut rates)?;
+        let array = output(py, out, [6, n])?;
+        fn kernel<const C: usize>(robot: &Robot, q: &[f64], qd: &[f64], out: &mut [f64]) {
+            jacobian_rate(&jacobian::<C>(robot, q).1, qd).write(out);
+        }
+        with_capacity!(n, kernel(&self.robot, &posture[..n], &rates[..n], elements(&array)));
+        Ok(array)
+    }
+
+    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
+    fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        matrices(py, &link_frames(&self.robot, &posture[..self.robot.n()]))
+    }
+
+    /// The same robot with another tool frame (4, 4) in its flange frame.
+    fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let tool = read_frame("tool", tool)?;
+        Ok(self.robot.with_tool(tool).into())
+    }
+
+    /// The same robot with another base frame (4, 4) in the world.
+    fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let base = read_frame("base", base)?;
+        Ok(self.robot.with_base(base).into())
+    }
+
+    /// The same robot with other limits; those not given stay.
+    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None))]
+    fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
+        let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
+        Ok(ok(self.robot.with_limits(limits))?.into())
+    }
+
+    /// The same robot under another name.
+    fn with_name(&self, name: &str) -> Self {
+        self.robot.with_name(name).into()
+    }
+
+    /// The same robot with some joints held: ``{joint: coordinate}``, joints counted from 0, coordinates in rad or m. The others are its joints.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If there is no such joint, or none is left.
+    fn with_fixed(&self, fixed: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(ok(self.robot.with_fixed(&read_fixed(fixed)?))?.into())
+    }
+
+    /// The middle posture, shape (n,) [rad or m]: each joint in the middle of its range; where it lacks a limit, next to 0.
+    #[getter]
+    fn middle<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.middle())
+    }
+
+    /// The same posture with revolute joints by whole turns nearest to the middle of their ranges: within the limits if any copy is.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     The posture, nearest to 0 where a joint has no limits, to its limit where it has one and is beyond it.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError
+    ///     If ``q`` has the wrong shape or a number that is not finite.
+    fn turned<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (n, mut posture) = (self.robot.n(), [0.0; MAX_JOINTS]);
+        read_vector("q", q, n, &mut posture)?;
+        self.robot.turn(&mut posture[..n]);
+        Ok(vector(py, &posture[..n]))
+    }
+
+    /// Random postures within the limits.
+    ///
+    /// Parameters
+    /// ----------
+    /// count : int
+    ///     How many.
+    /// seed : int
+    ///     The same seed gives the same postures.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (count, n)
+    ///     Uniform within the limits [rad or m]; a joint without limits turns within a turn about 0 or slides within 1 m to each side, one with
+    ///     a single limit as much next to it.
+    #[pyo3(signature = (count, seed=0))]
+    fn random_postures<'py>(&self, py: Python<'py>, count: usize, seed: u64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let array = output(py, None, [count, self.robot.n()])?;
+        let mut postures = RandomPostures::new(seed);
+        elements(&array).chunks_exact_mut(self.robot.n()).for_each(|q| postures.fill(&self.robot, q));
+        Ok(array)
+    }
+
+    /// Every posture that takes the tool to a frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// pose : array_like, shape (4, 4)
+    ///     The tool frame in the base frame [m].
+    /// fixed : dict of int to float, optional
+    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
+    /// arm_angle : float, optional
+    ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
+    /// limits : bool
+    ///     Whether only postures within the position limits are returned.
+    /// turns : bool
+    ///     Whether a joint that can reach the same place in several whole turns is returned in all of them; implies ``limits``.
+    /// report : bool
+    ///     Whether to tell about singularities and completeness.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (k, n)
+    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
+    ///     to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice.
+    /// singular : ndarray of bool, shape (k,)
+    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
+    /// complete : bool
+    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If six revolute joints are not what is left, or the arm has no arm angle.
+    ///
+    /// Notes
+    /// -----
+    /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
+    /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
+    #[pyo3(signature = (pose, *, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
+    fn inverse<'py>(
+        &self,
+        py: Python<'py>,
+        pose: &Bound<'py, PyAny>,
+        fixed: Option<&Bound<'py, PyDict>>,
+        arm_angle: Option<f64>,
+        limits: bool,
+        turns: bool,
+        report: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
+        if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
+    }
+
+    /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
+    /// parallel) or "general"; "none" without six revolute joints.
+    #[getter]
+    fn structure(&self) -> &'static str {
+        match self.inverse.get_or_init(|| Inverse::new(self.robot.clone())).as_ref().map(Inverse::structure) {
+            Ok(Structure::Wrist { .. }) => "wrist",
+            Ok(Structure::Parallel { .. }) => "parallel",
+            Ok(Structure::General) => "general",
+            Err(_) => "none",
+        }
+    }
+
+    /// The angle of the arm's plane [rad], for seven revolute joints of which the first three and the last three meet in a point each.
+    ///
+    /// The plane holds shoulder, wrist and upper arm (axis 3); its angle about the line from shoulder to wrist is counted from the plane that holds
+    /// axis 1 (Shimizu et al. 2008). NaN where the arm is straight or points along axis 1.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (7,)
+    ///     Joint coordinates [rad].
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If the axes do not meet.
+    fn arm_angle(&self, q: &Bound<'_, PyAny>) -> PyResult<f64> {
+        let arm = ok(ArmAngle::new(&self.robot))?;
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, 7, &mut posture)?;
+        Ok(arm.of(&posture[..7]))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Robot({:?}, joints={:?})", self.robot.name(), self.robot.joint_letters())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let py = slf.py();
+        let robot = &*slf.get().robot;
+        let class = py.get_type::<Self>();
+        let limits = robot.limits();
+        let tail = (
+            matrix(py, robot.tool())?,
+            matrix(py, robot.base())?,
+            vector(py, &limits.q_min),
+            vector(py, &limits.q_max),
+            vector(py, &limits.qd_max),
+            vector(py, &limits.qdd_max),
+            robot.name(),
+        )
+            .into_pyobject(py)?;
+        match robot.dh() {
+            Some(t) => {
+                let head = (
+                    vector(py, &t.a),
+                    vector(py, &t.d),
+                    vector(py, &t.alpha),
+                    vector(py, &t.theta),
+                    robot.joint_letters(),
+                    t.convention.name(),
+                );
+                Ok((class.getattr("from_dh")?, head.into_pyobject(py)?.add(tail)?))
+            }
+            None => {
+                let head = (matrices(py, robot.bare_links())?, matrix(py, robot.flange())?, robot.joint_letters());
+                Ok((class.getattr("from_links")?, head.into_pyobject(py)?.add(tail)?))
+            }
+        }
+    }
+}
