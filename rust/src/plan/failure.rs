@@ -28,6 +28,19 @@ pub enum FailureCause {
 }
 
 impl FailureCause {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Unreachable,
+        Self::JointLimit,
+        Self::Singular,
+        Self::Predicate,
+        Self::SpeedLimit,
+        Self::StepLimit,
+        Self::SpinRange,
+        Self::NoWay,
+        Self::NotClosed,
+    ];
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {

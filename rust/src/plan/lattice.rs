@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::grid::SpareGrid;
+use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
 use crate::index::{Answers, Objective, Order};
 use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
@@ -196,6 +197,46 @@ impl Lattice {
             }
         };
         points.par_iter().map_init(|| (vec![0.0; cells * n], vec![0.0; cells]), one).collect()
+    }
+
+    /// The same without what the caller refuses.
+    pub(super) fn allowed_cells(&self, points: &[usize], hooks: &mut Hooks) -> std::result::Result<Vec<Cells>, PlanError> {
+        let n = self.robot.n();
+        let mut all = self.cells_of(points);
+        if hooks.feasible.is_some() {
+            let postures: Vec<f64> = all.iter().flat_map(|cells| &cells.q).copied().collect();
+            if let Some(allowed) = hooks.allowed(&postures, n)? {
+                let mut rest = &allowed[..];
+                for cells in &mut all {
+                    let (own, others) = rest.split_at(cells.open.len());
+                    cells.retain(n, own);
+                    rest = others;
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// As [`Lattice::survey`], without what the caller refuses.
+    ///
+    /// # Errors
+    /// [`PlanError`] if the caller's predicate fails.
+    pub fn survey_allowed(
+        &self,
+        first: usize,
+        value: &mut [f64],
+        cause: &mut [u8],
+        hooks: &mut Hooks,
+    ) -> std::result::Result<(), PlanError> {
+        let cells = self.cells();
+        let points: Vec<usize> = (first..first + value.len() / cells).collect();
+        value.fill(f64::NAN);
+        let outputs = value.chunks_exact_mut(cells).zip(cause.chunks_exact_mut(cells));
+        for (known, (value, cause)) in self.allowed_cells(&points, hooks)?.into_iter().zip(outputs) {
+            cause.copy_from_slice(&known.cause);
+            known.open.iter().zip(known.value).for_each(|(cell, known)| value[*cell as usize] = known);
+        }
+        Ok(())
     }
 
     /// As [`Lattice::fill`], of the points from `first` on, without keeping the postures.

@@ -98,18 +98,7 @@ impl<'a> Layers<'a> {
     fn computed(&self, points: &[usize], hooks: &mut Hooks) -> Result<Vec<Cells>, PlanError> {
         hooks.go_on()?;
         let n = self.problem.n();
-        let mut all = self.lattice.cells_of(points);
-        if hooks.feasible.is_some() {
-            let postures: Vec<f64> = all.iter().flat_map(|cells| &cells.q).copied().collect();
-            if let Some(allowed) = hooks.allowed(&postures, n)? {
-                let mut rest = &allowed[..];
-                for cells in &mut all {
-                    let (own, others) = rest.split_at(cells.open.len());
-                    cells.retain(n, own);
-                    rest = others;
-                }
-            }
-        }
+        let mut all = self.lattice.allowed_cells(points, hooks)?;
         if let Some(branches) = &self.settings.branches {
             for cells in &mut all {
                 let kept: Vec<bool> =

@@ -24,7 +24,8 @@ pub type Followed<'py> = (
     usize,
 );
 
-fn status_name(status: SolveStatus) -> &'static str {
+/// The name of a status.
+pub fn status_name(status: SolveStatus) -> &'static str {
     match status {
         SolveStatus::Converged => "converged",
         SolveStatus::OnTarget => "on target",
