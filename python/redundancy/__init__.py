@@ -59,8 +59,7 @@ from .errors import (
     UnknownRobotError,
 )
 from .follow import follow
-from .maps import RedundancyMap, redundancy_map
-from .planning import Plan, PlanFailure, plan
+from .planning import Plan, PlanFailure, RedundancyMap, plan, redundancy_map
 from .posture import (
     PlanarTetrahedron,
     PostureResult,

@@ -26,7 +26,7 @@ from ._core import (
     characteristic_length,
 )
 from ._plan_job import CRITERIA
-from ._plan_report import describe_failure, map_job, map_table, plan_job, plan_table, write_map, write_plan
+from ._plan_report import map_job, map_table, plan_job, plan_table, write_map, write_plan
 from ._results import results_table, write_results
 from ._rows import rows_in_use
 from ._trajectory_readers import read_trajectory
@@ -127,8 +127,7 @@ def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> No
         files = write_plan(out, planned, chart, asked.objective_name, pictures)
     _print(plan_table(planned, asked.objective_name, seconds))
     if failure is not None:
-        reason = describe_failure(planned.robot, failure)
-        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {reason}; nothing written", 1)
+        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {failure}; nothing written", 1)
     click.echo(f"written to {out}: {', '.join(files)}")
 
 

@@ -52,7 +52,7 @@ from ._core import (
     SmallestSingularValue,
     Task,
 )
-from ._plan_job import PlanSettings, read_plan
+from ._plan_job import PlanTable, read_plan
 from ._rows import rows_in_use
 from ._toml import Table, parse
 from .errors import InvalidValueError, RedundancyError, ToolpathError
@@ -83,7 +83,7 @@ class Job:
     objective_name: str
     task: Task
     path: Toolpath
-    plan: PlanSettings
+    plan: PlanTable
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job."""

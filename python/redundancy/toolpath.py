@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._arrays import F64, checked
-from ._core import Task
-from ._transport import transport
+from ._core import Task, transport
 from .errors import InvalidValueError
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ._arrays import F64
-from ._core import Robot
+from ._core import PathData, Robot
 from ._files import write_atomically
 from .errors import InvalidValueError
 from .toolpath import Toolpath
@@ -119,9 +119,7 @@ class Trajectory:
         It is the angle of the tool frame's x axis (y, where x is along the axis) from a perpendicular that is carried
         along the path by the smallest rotation from each axis to the next; a tool that does not spin keeps 0.
         """
-        from ._spin import spin_along
-
-        return spin_along(self.robot, self.path.axis, self.q)
+        return PathData(self.path.position, self.path.axis).spin_along(self.robot, self.q)
 
     def write(self, file: str | Path) -> None:
         """Write the trajectory.

@@ -242,3 +242,27 @@ fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint
         Kind::Value | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(cost: f64, motion: f64, refined: bool) -> Part {
+        let (q, value) = (vec![0.0; 18], vec![1.0; 3]);
+        Part { first: 0, q, value, cost, motion, residual: 0.0, smoothness: 0.0, refined, failure: None }
+    }
+
+    #[test]
+    fn a_rival_without_a_cost_never_wins() {
+        let (good, broken) = (part(2.0, 1.0, true), part(f64::NAN, 0.0, false));
+        let best = |parts: [&Part; 2]| best_part(Criterion::Integral, parts.map(Clone::clone).to_vec());
+        assert!(best([&broken, &good]).cost == 2.0 && best([&good, &broken]).cost == 2.0);
+        assert!(best_part(Criterion::Integral, vec![broken]).cost.is_nan());
+    }
+
+    #[test]
+    fn among_equals_the_refined_one_and_then_the_calmer_one_wins() {
+        let parts = vec![part(2.0, 0.1, false), part(2.0 + 1e-8, 3.0, true), part(2.0, 2.0, true)];
+        assert_eq!(best_part(Criterion::Integral, parts).motion, 2.0);
+    }
+}

@@ -43,6 +43,11 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The worst value of the points that are reached; negative infinity where there is none.
+    pub fn worst(&self) -> f64 {
+        self.value.iter().filter(|value| !value.is_nan()).fold(f64::NEG_INFINITY, |worst, value| worst.max(*value))
+    }
+
     /// The largest motion of a joint from point to point [rad or m].
     pub(super) fn largest_step(&self, n: usize) -> f64 {
         self.q.iter().zip(&self.q[n..]).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)

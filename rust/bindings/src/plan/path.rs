@@ -23,7 +23,7 @@ use crate::task::PyTask;
 ///     Orientations of the tool frame.
 /// time : array_like, shape (N,), optional
 ///     Strictly increasing times [s].
-#[pyclass(name = "Path", frozen, module = "redundancy._core")]
+#[pyclass(name = "PathData", frozen, module = "redundancy._core")]
 pub struct PyPath {
     pub path: Path,
 }
