@@ -47,6 +47,7 @@ lint: $(VENV)/built $(VENV)/group-lint $(VENV)/group-test ## formatters, linters
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest redundancy._core --mypy-config-file pyproject.toml
+	$(BIN)/python -m evidence.machine_code
 
 bench: bench-rust bench-python ## kernels by criterion, Python calls beside peers
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import redundancy as rd
 from redundancy import plots
-from redundancy.follow import follow_without_spin
-from redundancy.job import read_job
+from redundancy.cli import read_job
+from redundancy.loops import follow_without_spin
 
 from evidence import pages
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
-from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
+from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
 
 from evidence.huo import cases as huo
 from evidence.huo.runs import SPHERE, puma_solver, run, tilted, unresolved, weight_grid, welding

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
-from redundancy.follow import Solver
+from redundancy.loops import Solver
 
 from evidence.huo import cases as huo
 from evidence.huo.figures import draw

@@ -9,9 +9,9 @@ import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import weights
-from redundancy.follow import Solver
-from redundancy.weights._pointwise import PointwiseSolver
-from redundancy.weights._runs import setting
+from redundancy.loops import Solver
+from redundancy.weights.pointwise import PointwiseSolver
+from redundancy.weights.setting import setting
 
 from evidence.huo import cases as huo
 

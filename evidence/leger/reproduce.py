@@ -10,7 +10,7 @@ import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import plots
-from redundancy.job import read_job
+from redundancy.cli import read_job
 
 from evidence import flops, pages
 

@@ -7,7 +7,7 @@ import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import plots
-from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl
+from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl
 
 from evidence import pages
 

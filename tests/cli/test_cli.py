@@ -89,7 +89,7 @@ def test_errors_on_the_way_leave_the_old_files(tmp_path: Path, monkeypatch: pyte
     def fail(*_: object) -> str:
         raise OSError(28, "No space left on device", "trajectory.json")
 
-    monkeypatch.setitem(__import__("redundancy._trajectory_files", fromlist=["FORMATS"]).FORMATS, ".json", fail)
+    monkeypatch.setitem(__import__("redundancy.files.trajectories", fromlist=["FORMATS"]).FORMATS, ".json", fail)
     result = run("solve", job(tmp_path, JOB), "--out", out, "--no-pictures")
     assert result.exit_code == 2
     assert "No space left" in result.stderr

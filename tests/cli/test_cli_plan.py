@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import redundancy as rd
-from redundancy import cli
-from redundancy._trajectory_readers import read_trajectory
-from redundancy.job import read_job
+from redundancy.cli import commands as cli
+from redundancy.cli import read_job
 
 from tests.cli.jobs import JOB, job, run
 from tests.reference.files import EXAMPLES
@@ -240,7 +239,7 @@ def test_warm_start(tmp_path: Path, ending: str) -> None:
     assert run("plan", job(tmp_path, SHORT), "--out", tmp_path / "out", "--no-pictures").exit_code == 0
     before = (tmp_path / "out" / f"trajectory.{ending}").rename(tmp_path / f"before.{ending}")
     asked = read_job(job(tmp_path, PLAN + f'warm_start = "before.{ending}"\n'))
-    earlier = read_trajectory(before, asked.robot)
+    earlier = rd.Trajectory.read(before, asked.robot)
     copy = tmp_path / f"copy.{ending}"
     earlier.write(copy)
     if ending == "csv":

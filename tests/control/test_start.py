@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import redundancy as rd
 from numpy.typing import NDArray
-from redundancy.start import StartSearch, best_start, cyclic_start
+from redundancy.loops import StartSearch, best_start, cyclic_start
 
 from evidence.huo import cases as huo
 

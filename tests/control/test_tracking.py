@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import redundancy as rd
-from redundancy.tracking import _ticks
+from redundancy.loops.tracking import _ticks
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.reference.chain import F64

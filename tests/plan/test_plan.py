@@ -1,10 +1,15 @@
 """Plans of whole paths: the reference of the thesis' helix, and what every plan has to keep."""
 
+import _thread
+import inspect
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import redundancy as rd
+from redundancy.planning import PlanSettings
 
 from evidence.planner import cases
 from tests.reference.chain import F64

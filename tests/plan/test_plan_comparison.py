@@ -40,7 +40,9 @@ def test_one_search_alone_misses_a_narrow_way() -> None:
 
 def test_a_closed_grid_way_ends_where_it_starts() -> None:
     case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
-    grid = make_grid(case.robot, case.path, rd.ConditionNumber(case.length), core_path(case.path).shares, case.closed, spins=180)
+    grid = make_grid(
+        case.robot, case.path, rd.ConditionNumber(case.length), core_path(case.path).shares, case.closed, spins=180
+    )
     for found in (grid_search.minimax(grid), grid_search.integral(grid, 1e-6)):
         assert found is not None
         assert found.spin[0] == found.spin[-1]

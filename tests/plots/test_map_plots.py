@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from redundancy import _map_data as md
 from redundancy.errors import InvalidValueError, NonFiniteError, ShapeError
+from redundancy.plots import map_data as md
 
 F64 = NDArray[np.float64]
 U8 = NDArray[np.uint8]
@@ -36,7 +36,7 @@ def _colors(figure: Any) -> tuple[F64, U8]:
 
 def test_cell_has_the_cause_of_the_branch_that_came_closest() -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
+    from redundancy.plots.map import redundancy_map_figure
 
     cause = np.array([[[1, 1], [1, 3], [3, 2], [2, 4], [4, 1], [4, 0]]], dtype=np.uint8)
     value = np.where(cause == 0, 1.5, np.nan)
@@ -70,8 +70,8 @@ def test_angles_are_sorted_into_one_turn() -> None:
 @pytest.mark.parametrize("b", [1, 3])
 def test_every_picture_of_any_size(n: int, b: int, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
-    from redundancy._plot_style import save
+    from redundancy.plots.map import redundancy_map_figure
+    from redundancy.plots.style import save
 
     value, cause, angles = _map(n, 24, b)
     lines = [md.MapLine(np.linspace(0.0, 9.0, n), np.zeros(n, dtype=int)), md.MapLine(np.zeros(n), label="fixed")]
@@ -88,7 +88,7 @@ def test_every_picture_of_any_size(n: int, b: int, tmp_path: Path) -> None:
 
 def test_single_branch_shows_its_own_values() -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
+    from redundancy.plots.map import redundancy_map_figure
 
     value, cause, angles = _map(9, 24, 3)
     figure = redundancy_map_figure(value, cause, angles, branch=1)
@@ -97,8 +97,8 @@ def test_single_branch_shows_its_own_values() -> None:
 
 def test_nothing_feasible_has_causes_but_no_scale(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
-    from redundancy._plot_style import save
+    from redundancy.plots.map import redundancy_map_figure
+    from redundancy.plots.style import save
 
     cause = np.full((4, 12, 2), 2, dtype=np.uint8)
     value = np.full(cause.shape, np.nan)
@@ -110,7 +110,7 @@ def test_nothing_feasible_has_causes_but_no_scale(tmp_path: Path) -> None:
 
 def test_extreme_tail_does_not_take_the_colours() -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
+    from redundancy.plots.map import redundancy_map_figure
 
     value = np.linspace(1.0, 3.0, 50 * 36).reshape(50, 36, 1)
     angles = -np.pi + np.arange(36) * np.pi / 18.0
@@ -151,7 +151,7 @@ def test_line_has_gaps_where_there_is_no_spin() -> None:
 
 def test_bad_input_is_named() -> None:
     pytest.importorskip("matplotlib")
-    from redundancy._plot_map import redundancy_map_figure
+    from redundancy.plots.map import redundancy_map_figure
 
     value, cause, angles = _map(3, 12, 2)
     with pytest.raises(ShapeError, match="value"):
@@ -189,7 +189,7 @@ def _unpacked(text: str) -> U8:
 @pytest.mark.parametrize("n", [1, 40])
 def test_page_holds_the_map(n: int, tmp_path: Path) -> None:
     pytest.importorskip("plotly")
-    from redundancy._html_map import write_map_html
+    from redundancy.plots.map_page import write_map_html
 
     value, cause, angles = _map(n, 36, 3)
     line = md.MapLine(np.linspace(3.0, 4.0, n), np.ones(n, dtype=int), "<chosen> & spin")
@@ -213,7 +213,7 @@ def test_page_holds_the_map(n: int, tmp_path: Path) -> None:
 
 def test_page_loads_nothing(tmp_path: Path) -> None:
     offline = pytest.importorskip("plotly.offline")
-    from redundancy._html_map import write_map_html
+    from redundancy.plots.map_page import write_map_html
 
     write_map_html(tmp_path / "map.html", *_map(5, 12, 2))
     page = (tmp_path / "map.html").read_text(encoding="utf-8")
@@ -228,7 +228,7 @@ def test_page_loads_nothing(tmp_path: Path) -> None:
 
 def test_page_of_nothing_feasible(tmp_path: Path) -> None:
     pytest.importorskip("plotly")
-    from redundancy._html_map import write_map_html
+    from redundancy.plots.map_page import write_map_html
 
     cause = np.ones((4, 12, 2), dtype=np.uint8)
     write_map_html(tmp_path / "map.html", np.full(cause.shape, np.nan), cause, np.arange(12) * np.pi / 6.0)

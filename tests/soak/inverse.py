@@ -18,7 +18,7 @@ from time import perf_counter
 
 import numpy as np
 import redundancy as rd
-from redundancy._progress import progress
+from redundancy._util import progress_bar as progress
 
 from tests.reference.arms import PLACES, distance, pose_error, random_arm, smallest_singular_value
 from tests.reference.chain import F64

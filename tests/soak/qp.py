@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 import redundancy as rd
-from redundancy._progress import progress
+from redundancy._util import progress_bar as progress
 
 from tests.reference.chain import F64
 from tests.reference.programmes import KINDS, Programme, Proof, out_of_reach, prove, random_programme, residual

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._arrays import F64
 from .._core import Lattice, Objective, Robot, Task, angle_grid, spare_grid
-from .._map_data import BY_BADNESS, CAUSES
-from .._progress import progress as progress_bar
+from .._util import F64, progress_bar
 from ..errors import InvalidValueError
-from ..toolpath import Toolpath
-from ..trajectory import Trajectory
+from ..paths import Toolpath, Trajectory
+from ..plots import BY_BADNESS, CAUSES
 from .numbers import core_path
 
 if TYPE_CHECKING:
@@ -171,8 +169,8 @@ class RedundancyMap:
         OSError
             If the file cannot be written.
         """
-        from .._html_map import write_map_html
-        from .._map_data import MapLine
+        from ..plots import MapLine
+        from ..plots.map_page import write_map_html
 
         self._check_spin()
         value, cause, angles = self.planes()

@@ -1,7 +1,7 @@
 """Toolpaths as the core takes them."""
 
 from .._core import PathData
-from ..toolpath import Toolpath
+from ..paths import Toolpath
 
 
 def core_path(path: Toolpath) -> PathData:

@@ -4,10 +4,9 @@ import numpy as np
 
 from .. import _core
 from .._core import ConditionNumber, Objective, PlanSettings, Robot, Task
-from .._progress import progress as progress_bar
 from .._rows import rows_in_use
-from ..toolpath import Toolpath
-from ..trajectory import Trajectory
+from .._util import progress_bar
+from ..paths import Toolpath, Trajectory
 from .map import Predicate
 from .numbers import core_path
 from .result import Plan
@@ -141,9 +140,7 @@ def plan(
         effort=effort,
         max_iterations=max_iterations,
     )
-    return plan_by(
-        settings, robot, path, task, objective, feasible=feasible, warm_start=warm_start, progress=progress
-    )
+    return plan_by(settings, robot, path, task, objective, feasible=feasible, warm_start=warm_start, progress=progress)
 
 
 def plan_by(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._core import Objective, PlanFailure
-from ..trajectory import Trajectory
+from ..paths import Trajectory
 from .numbers import core_path
 
 
