@@ -1,6 +1,28 @@
 //! The best way through a whole path: a map of all postures, the best route through it, and its continuous refinement.
 //!
 //! [`Planner`] is the door: robot, path, task, objective and settings in, [`Plan`] out.
+//!
+//! ```
+//! use std::{f64::consts::{FRAC_PI_2, PI}, sync::Arc};
+//! use redundancy::plan::{Aim, Hooks, Path, PlanSettings, Planner};
+//! use redundancy::robot::{Convention, DhTable, Robot};
+//! use redundancy::task::Task;
+//!
+//! let table = DhTable {
+//!     convention: Convention::Standard,
+//!     a: vec![0.0, 0.43, -0.02, 0.0, 0.0, 0.0],
+//!     d: vec![0.0, 0.15, 0.0, 0.43, 0.0, 0.1],
+//!     alpha: vec![-FRAC_PI_2, 0.0, FRAC_PI_2, -FRAC_PI_2, FRAC_PI_2, 0.0],
+//!     theta: vec![0.0; 6],
+//! };
+//! let robot = Arc::new(Robot::from_dh("puma", table, "RRRRRR")?);
+//! let path = Path::helix(0.1, 0.02, (0.0, FRAC_PI_2), PI, [0.4, 0.1, 0.1], 11)?;
+//! let settings = PlanSettings { criterion: Aim::Motion, n_angles: 24, ..PlanSettings::default() };
+//! let plan = Planner::new(robot, path, Task::axisymmetric([0.0, 0.0, 1.0])?, None, settings)?.plan(&mut Hooks::default())?;
+//! assert!(plan.failure.is_none() && plan.refined);
+//! assert_eq!(plan.q.len(), 11 * 6);
+//! # Ok::<(), redundancy::plan::PlanError>(())
+//! ```
 
 mod bound;
 mod closed;

@@ -1,6 +1,6 @@
 //! The settings of a plan, one set for every way to ask for one.
 
-use std::f64::consts::{FRAC_PI_3, PI};
+use std::f64::consts::PI;
 
 use super::numbers::shown;
 use crate::error::{Error, Result};
@@ -85,7 +85,7 @@ impl Default for PlanSettings {
             n_angles: 48,
             layers: 32,
             spin_range: None,
-            max_spin_step: FRAC_PI_3,
+            max_spin_step: PI / 3.0,
             max_step: None,
             spare: None,
             n_spare: 24,
