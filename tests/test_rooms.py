@@ -18,10 +18,7 @@ TABLE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 PYTHON, RUST = "python/redundancy/", "rust/src/"
 
 # Files that are not in their room yet.
-FLAT = {
-    **dict.fromkeys(("planning", "maps", "_plan_*", "_layers", "_spare", "_path_frames"), "planning"),
-    **dict.fromkeys(("_rows", "_spin", "_transport"), "_util"),
-}
+FLAT = {"_rows": "_util"}
 
 
 @dataclass(frozen=True)

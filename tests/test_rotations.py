@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from redundancy._util import F64, axis_angle, between, perpendicular, turns
+from redundancy._core import perpendicular
+from redundancy._util import F64, axis_angle, between, turns
 
 Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
 

@@ -16,7 +16,7 @@ from typing import Final, Literal
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
-from redundancy._path_frames import shares
+from redundancy.planning import core_path
 
 from evidence.pages import DOCS, IMAGES, show, table
 from evidence.planner import cases as plan_cases
@@ -124,7 +124,7 @@ def compare(case: plan_cases.Case, effort: int | None = None) -> list[Comparison
     """Plan a case and search its grid, under each criterion."""
     objective = rd.ConditionNumber(case.length)
     begin = time.perf_counter()
-    grid = make_grid(case.robot, case.path, objective, shares(case.path), case.closed)
+    grid = make_grid(case.robot, case.path, objective, core_path(case.path).shares, case.closed)
     making = time.perf_counter() - begin
     results = []
     for criterion in CRITERIA:

@@ -74,9 +74,8 @@ from .loops import (
     stiffness_profile,
     track,
 )
-from .maps import RedundancyMap, redundancy_map
 from .paths import Toolpath, Trajectory
-from .planning import Plan, PlanFailure, plan
+from .planning import Plan, PlanFailure, RedundancyMap, plan, redundancy_map
 from .robots import on_rail, with_turntable
 
 __all__ = [

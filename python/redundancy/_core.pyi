@@ -25,6 +25,10 @@ __all__ = [
     "Objective",
     "OrthogonalSQP",
     "PathSolution",
+    "PathData",
+    "PlanFailure",
+    "PlanSettings",
+    "PlannedPath",
     "PosturePull",
     "Proximity",
     "QPSolution",
@@ -43,19 +47,20 @@ __all__ = [
     "VirtualJoint",
     "WeightedInverse",
     "__version__",
+    "angle_grid",
     "bodies_from_urdf",
     "build_profile",
     "capsules_along_links",
     "characteristic_length",
-    "find_route",
-    "least_value",
     "minimum_condition_posture",
+    "perpendicular",
+    "plan_path",
     "planar_tetrahedron",
-    "refine_path",
-    "restore_path",
     "rms_length",
     "self_collision_pairs",
     "solve_qp",
+    "spare_grid",
+    "transport",
 ]
 
 __version__: str
@@ -676,60 +681,138 @@ class Lattice:
     @property
     def named(self) -> bool: ...
     def postures(self, first: int, count: int) -> tuple[_F64, _F64, NDArray[np.uint8]]: ...
-    def survey(self, first: int, count: int) -> tuple[_F64, NDArray[np.uint8]]: ...
-    def nearest_to_limits(self, point: int) -> tuple[int, float] | None: ...
+    def survey(
+        self, first: int, count: int, feasible: Callable[[_F64], ArrayLike] | None = None
+    ) -> tuple[_F64, NDArray[np.uint8]]: ...
 
-def find_route(
+@final
+class PathData:
+    def __new__(
+        cls, position: ArrayLike, axis: ArrayLike, rotation: ArrayLike | None = None, time: ArrayLike | None = None
+    ) -> Self: ...
+    def __len__(self) -> int: ...
+    @property
+    def shares(self) -> _F64: ...
+    @property
+    def weights(self) -> _F64: ...
+    def frames(self, task: Task, closed: bool = False) -> _F64: ...
+    def spins(self, robot: Robot, task: Task, q: ArrayLike) -> _F64: ...
+    def spin_along(self, robot: Robot, q: ArrayLike) -> _F64: ...
+    def transport(self) -> _F64: ...
+
+@final
+class PlanSettings:
+    def __new__(
+        cls,
+        criterion: str | None = None,
+        limits: bool | None = None,
+        *,
+        smoothness: float | None = None,
+        n_angles: int | None = None,
+        layers: int | None = None,
+        spin_range: tuple[float, float] | None = None,
+        max_spin_step: float | None = None,
+        max_step: float | None = None,
+        spare: Sequence[int] | None = None,
+        n_spare: int | None = None,
+        branches: Sequence[int] | None = None,
+        branch_changes: bool | None = None,
+        closed: bool | None = None,
+        bound: bool | None = None,
+        effort: int | None = None,
+        max_iterations: int | None = None,
+    ) -> Self: ...
+    def with_criterion(self, criterion: str) -> PlanSettings: ...
+    @property
+    def criterion(self) -> str: ...
+    @property
+    def limits(self) -> bool: ...
+    @property
+    def smoothness(self) -> float | None: ...
+    @property
+    def n_angles(self) -> int: ...
+    @property
+    def layers(self) -> int: ...
+    @property
+    def spin_range(self) -> tuple[float, float] | None: ...
+    @property
+    def max_spin_step(self) -> float: ...
+    @property
+    def max_step(self) -> float | None: ...
+    @property
+    def spare(self) -> tuple[int, ...] | None: ...
+    @property
+    def n_spare(self) -> int: ...
+    @property
+    def branches(self) -> tuple[int, ...] | None: ...
+    @property
+    def branch_changes(self) -> bool: ...
+    @property
+    def closed(self) -> bool: ...
+    @property
+    def bound(self) -> bool | None: ...
+    @property
+    def effort(self) -> int | None: ...
+    @property
+    def max_iterations(self) -> int: ...
+
+@final
+class PlanFailure:
+    def __new__(
+        cls, point: int, cause: str, joint: int | None = None, excess: float = ..., slides: bool = False
+    ) -> Self: ...
+    @property
+    def point(self) -> int: ...
+    @property
+    def cause(self) -> str: ...
+    @property
+    def joint(self) -> int | None: ...
+    @property
+    def excess(self) -> float: ...
+
+@final
+class PlannedPath:
+    @property
+    def q(self) -> _F64: ...
+    @property
+    def value(self) -> _F64: ...
+    @property
+    def position_error(self) -> _F64: ...
+    @property
+    def axis_error(self) -> _F64: ...
+    @property
+    def status(self) -> list[str]: ...
+    @property
+    def length(self) -> float: ...
+    @property
+    def smoothness(self) -> float: ...
+    @property
+    def cost(self) -> float: ...
+    @property
+    def motion(self) -> float: ...
+    @property
+    def bound(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def refined(self) -> bool: ...
+    @property
+    def failure(self) -> PlanFailure | None: ...
+
+def plan_path(
     robot: Robot,
-    q: ArrayLike,
-    value: ArrayLike,
-    cause: NDArray[np.uint8],
-    shape: tuple[int, int, int],
-    named: bool,
-    weights: ArrayLike,
-    steps: ArrayLike,
-    bounds: ArrayLike,
-    criterion: str,
-    smoothness: float,
-    window: int,
-    slice_window: int,
-    around: bool,
-    branch_step: float,
-    slack: float,
-    limits: bool,
-    closed: bool,
-) -> tuple[_F64, list[int], float, tuple[int, float] | None]: ...
-def refine_path(
-    robot: Robot,
+    path: PathData,
     task: Task,
-    targets: ArrayLike,
-    q: ArrayLike,
     objective: Objective | None,
-    criterion: str,
-    smoothness: float,
-    weights: ArrayLike,
-    steps: ArrayLike,
-    bounds: ArrayLike,
-    limits: bool,
-    turns: ArrayLike | None,
-    length: float,
-    max_iterations: int,
-    spin: tuple[_F64, tuple[float, ...], float, float] | None = None,
-) -> tuple[_F64, _F64, float, float, float, int, str, tuple[str, int, int] | None]: ...
-def least_value(
-    robot: Robot,
-    task: Task,
-    target: ArrayLike,
-    postures: ArrayLike,
-    values: ArrayLike,
-    objective: Objective,
-    limits: bool,
-    length: float,
-    spin: tuple[_F64, tuple[float, ...], float, float] | None = None,
-) -> float: ...
-def restore_path(
-    robot: Robot, task: Task, targets: ArrayLike, q: ArrayLike, length: float
-) -> tuple[_F64, NDArray[np.bool_]]: ...
+    settings: PlanSettings,
+    feasible: Callable[[_F64], ArrayLike] | None = None,
+    warm_start: tuple[PathData, ArrayLike] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> PlannedPath: ...
+def transport(axis: ArrayLike) -> _F64: ...
+def perpendicular(vector: ArrayLike) -> _F64: ...
+def angle_grid(task: Task, n_angles: int, spin_range: tuple[float, float] | None) -> _F64: ...
+def spare_grid(robot: Robot, spare: Sequence[int] | None, n_spare: int) -> tuple[list[int], _F64]: ...
 def solve_qp(
     h: ArrayLike,
     g: ArrayLike,

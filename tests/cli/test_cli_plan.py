@@ -82,28 +82,44 @@ def test_plan_draws(tmp_path: Path) -> None:
     assert "indices" not in drawn
 
 
-def test_settings_reach_the_planner(tmp_path: Path) -> None:
-    text = """criterion = "integral"
+@pytest.mark.parametrize(("angles", "places"), [("n_angles", "n_spare"), ("angles", "spare_values")])
+def test_settings_reach_the_planner(tmp_path: Path, angles: str, places: str) -> None:
+    text = f"""criterion = "integral"
 smoothness = 0.5
-angles = 30
+{angles} = 30
 layers = 7
 effort = 2
 spin_range_deg = [-200, 100]
 spare = [3]
-spare_values = 5
+{places} = 5
 closed = true
 limits = false
 branch_changes = true
+branches = [0, 2]
+max_spin_step_deg = 45
+max_step = 0.25
+max_iterations = 90
+bound = false
 warm_start = "before.json"
 """
-    settings = read_job(job(tmp_path, PLAN.replace("fanuc_m710ic50_milling", "panda") + text)).plan
-    assert (settings.criterion, settings.smoothness, settings.angles, settings.layers) == ("integral", 0.5, 30, 7)
+    table = read_job(job(tmp_path, PLAN.replace("fanuc_m710ic50_milling", "panda") + text)).plan
+    settings = table.settings
+    assert (settings.criterion, settings.smoothness, settings.n_angles, settings.layers) == ("integral", 0.5, 30, 7)
     assert settings.effort == 2
     assert settings.spin_range == pytest.approx((np.deg2rad(-200.0), np.deg2rad(100.0)), abs=1e-15)
     # Joints are counted from 1 in files.
-    assert (settings.spare, settings.spare_values) == ((2,), 5)
+    assert (settings.spare, settings.n_spare) == ((2,), 5)
     assert (settings.closed, settings.limits, settings.branch_changes) == (True, False, True)
-    assert settings.warm_start == tmp_path / "before.json"
+    assert (settings.branches, settings.max_step, settings.max_iterations) == ((0, 2), 0.25, 90)
+    assert settings.max_spin_step == pytest.approx(np.pi / 4.0)
+    assert settings.bound is False
+    assert table.warm_start == tmp_path / "before.json"
+
+
+def test_an_old_name_beside_the_new_one_is_refused(tmp_path: Path) -> None:
+    result = run("plan", job(tmp_path, PLAN + "angles = 30\nn_angles = 40"), "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "plan.angles: got 30, expected n_angles alone" in result.stderr
 
 
 def test_a_whole_turn_is_one(tmp_path: Path) -> None:

@@ -1,10 +1,15 @@
 """Plans of whole paths: the reference of the thesis' helix, and what every plan has to keep."""
 
+import _thread
+import inspect
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import redundancy as rd
+from redundancy.planning import PlanSettings
 
 from evidence.planner import cases
 from tests.reference.chain import F64
@@ -321,15 +326,34 @@ def test_map_tells_causes() -> None:
     assert set(np.unique(refused.cause)) <= {1, 2, names.index("predicate")}
 
 
-def test_a_rival_without_a_cost_never_wins() -> None:
-    from redundancy._plan_refine import Part, best_part
-    from redundancy._plan_setup import Setup
+def test_defaults_of_plan_are_those_of_the_settings() -> None:
+    signature = inspect.signature(rd.plan).parameters
+    assert {"criterion", "n_angles", "layers", "n_spare", "max_spin_step", "max_iterations"} <= set(signature)
+    settings = PlanSettings()
+    for name, parameter in signature.items():
+        if hasattr(settings, name):
+            assert parameter.default == getattr(settings, name), name
 
-    path = helix(3)
-    setup = Setup.of(ROBOT, path, rd.Task.axisymmetric(), KAPPA, "integral", None, True, False, None, 9)
-    q, value = np.zeros((3, 6)), np.ones(3)
-    good = Part(0, q, value, cost=2.0, motion=1.0, residual=0.0, smoothness=0.0, refined=True)
-    broken = Part(0, q, value, cost=float("nan"), motion=0.0, residual=0.0, smoothness=0.0, refined=False)
-    assert best_part(setup, [broken, good]) is good
-    assert best_part(setup, [good, broken]) is good
-    assert best_part(setup, [broken]) is broken
+
+def test_an_error_of_the_users_own_code_ends_the_plan() -> None:
+    def broken(q: F64) -> float:
+        raise ZeroDivisionError("my own")
+
+    def refusing(q: F64) -> F64:
+        raise LookupError("my own")
+
+    with pytest.raises(ZeroDivisionError, match="my own"):
+        rd.plan(ROBOT, helix(5), objective=rd.CustomIndex(broken))
+    with pytest.raises(LookupError, match="my own"):
+        rd.plan(ROBOT, helix(5), objective=KAPPA, feasible=refusing)
+
+
+def test_a_plan_can_be_interrupted() -> None:
+    path = line((1.2, -0.4, 0.3), (1.2, 0.4, 0.3), 3000)
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        rd.plan(ROBOT, path, objective=KAPPA, criterion="integral", bound=True)
+    assert time.monotonic() - start < 5.0
+    timer.join()

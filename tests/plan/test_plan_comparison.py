@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import redundancy as rd
-from redundancy._path_frames import shares
+from redundancy.planning import core_path
 
 from evidence.planner import cases as plan_cases
 from evidence.planner import compare as compare_plan
@@ -40,7 +40,9 @@ def test_one_search_alone_misses_a_narrow_way() -> None:
 
 def test_a_closed_grid_way_ends_where_it_starts() -> None:
     case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
-    grid = make_grid(case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180)
+    grid = make_grid(
+        case.robot, case.path, rd.ConditionNumber(case.length), core_path(case.path).shares, case.closed, spins=180
+    )
     for found in (grid_search.minimax(grid), grid_search.integral(grid, 1e-6)):
         assert found is not None
         assert found.spin[0] == found.spin[-1]
@@ -54,7 +56,7 @@ def test_the_grid_finds_the_best_of_all_ways() -> None:
     case = plan_cases.case("limit_line", "fanuc_m710ic50_milling")
     path = rd.Toolpath(case.path.position[30:42:3], case.path.axis[30:42:3])
     objective = rd.ConditionNumber(case.length)
-    grid = make_grid(case.robot, path, objective, shares(path), spins=24, window=0.6)
+    grid = make_grid(case.robot, path, objective, core_path(path).shares, spins=24, window=0.6)
     smoothness = 1e-3
     best = {"minimax": np.inf, "integral": np.inf}
     for branch in grid.branches:

@@ -2,6 +2,6 @@
 
 from .arrays import F64, checked
 from .progress import progress_bar
-from .rotations import axis_angle, between, perpendicular, turns
+from .rotations import axis_angle, between, turns
 
-__all__ = ["F64", "axis_angle", "between", "checked", "perpendicular", "progress_bar", "turns"]
+__all__ = ["F64", "axis_angle", "between", "checked", "progress_bar", "turns"]

@@ -66,11 +66,3 @@ def axis_angle(rotation: F64) -> tuple[F64, F64]:
     skew = rotation - rotation.transpose(0, 2, 1)
     axis = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
     return axis, np.arctan2(np.linalg.norm(axis, axis=1), np.trace(rotation, axis1=1, axis2=2) - 1.0)
-
-
-def perpendicular(vector: F64) -> F64:
-    """Return a unit vector perpendicular to a unit vector, both of shape (3,)."""
-    other = np.eye(3)[np.argmin(np.abs(vector))]
-    normal = np.cross(vector, other)
-    result: F64 = normal / np.linalg.norm(normal)
-    return result

@@ -33,7 +33,7 @@ from ..errors import InvalidValueError, RedundancyError
 from ..loops import follow, follow_without_spin
 from ..paths import Trajectory
 from .job import Job, read_job
-from .plan_report import describe_failure, map_job, map_table, plan_job, plan_table, write_map, write_plan
+from .plan_report import map_job, map_table, plan_job, plan_table, write_map, write_plan
 from .plan_table import CRITERIA
 from .results import results_table, write_results
 
@@ -128,8 +128,7 @@ def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> No
         files = write_plan(out, planned, chart, asked.objective_name, pictures)
     _print(plan_table(planned, asked.objective_name, seconds))
     if failure is not None:
-        reason = describe_failure(planned.robot, failure)
-        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {reason}; nothing written", 1)
+        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {failure}; nothing written", 1)
     click.echo(f"written to {out}: {', '.join(files)}")
 
 

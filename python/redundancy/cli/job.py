@@ -19,9 +19,9 @@
     [plan]                               # for ``redundancy plan`` and ``map``; all of it may be left out
     criterion = "minimax"                # or "integral", "motion"
     smoothness = 1e-3                    # weight of the motion; next to nothing if left out
-    angles = 48                          # grid of the search: spins, points of the path, values of each spare joint
+    n_angles = 48                        # grid of the search: spins, points of the path, values of each spare joint
     layers = 32
-    spare_values = 24
+    n_spare = 24
     spin_range_deg = [-90, 90]           # a whole turn if left out
     spare = [7]                          # joints on the grid, counted from 1; chosen if left out
     closed = false
@@ -57,7 +57,7 @@ from ..design import minimum_condition_posture
 from ..errors import RedundancyError
 from ..files import Table, read_document
 from ..paths import Toolpath, path_of_table
-from .plan_table import PlanSettings, read_plan
+from .plan_table import PlanTable, read_plan
 
 _OF_JACOBIAN: Final[dict[str, Callable[..., Objective]]] = {
     "condition_number": ConditionNumber,
@@ -79,7 +79,7 @@ class Job:
     objective_name: str
     task: Task
     path: Toolpath
-    plan: PlanSettings
+    plan: PlanTable
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job."""

@@ -8,11 +8,8 @@ import numpy as np
 from rich.table import Table
 
 from .. import plots
-from .._core import Robot
-from .._path_frames import point_weights, shares
 from ..files import whole_files
-from ..maps import RedundancyMap, redundancy_map
-from ..planning import Plan, PlanFailure, plan
+from ..planning import Plan, RedundancyMap, core_path, plan_by, redundancy_map
 from ..plots import BY_BADNESS, CAUSES, MapData, MapLine, prepared
 from .job import Job
 from .results import ROWS, save_figures, write_formats
@@ -25,31 +22,13 @@ if TYPE_CHECKING:
 
 def plan_job(job: Job, criterion: str | None, warm_start: "Trajectory | None") -> Plan:
     """Plan what a job file asks for, by another criterion if one is given."""
-    asked = job.plan
-    return plan(
-        job.robot,
-        job.path,
-        job.task,
-        job.objective,
-        criterion or asked.criterion,
-        asked.limits,
-        smoothness=asked.smoothness,
-        n_angles=asked.angles,
-        layers=asked.layers,
-        effort=asked.effort,
-        spin_range=asked.spin_range,
-        spare=asked.spare,
-        n_spare=asked.spare_values,
-        branch_changes=asked.branch_changes,
-        closed=asked.closed,
-        warm_start=warm_start,
-        bound=True,
-    )
+    settings = job.plan.settings if criterion is None else job.plan.settings.with_criterion(criterion)
+    return plan_by(settings, job.robot, job.path, job.task, job.objective, warm_start=warm_start)
 
 
 def map_job(job: Job, angles: int) -> RedundancyMap:
     """Map what a job file asks for, over a whole turn."""
-    asked = job.plan
+    asked = job.plan.settings
     return redundancy_map(
         job.robot,
         job.path,
@@ -57,7 +36,7 @@ def map_job(job: Job, angles: int) -> RedundancyMap:
         job.objective,
         angles,
         spare=asked.spare,
-        n_spare=asked.spare_values,
+        n_spare=asked.n_spare,
         limits=asked.limits,
     )
 
@@ -98,7 +77,7 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
     rows: dict[str, str] = {}
     reached = np.isfinite(planned.value)
     if planned.criterion != "motion" and reached.any():
-        weights = point_weights(shares(planned.path), False)[reached]
+        weights = core_path(planned.path).weights[reached]
         rows[f"worst {objective}"] = f"{planned.value[reached].max():.5f}"
         rows[f"mean {objective}"] = f"{np.average(planned.value[reached], weights=weights):.5f}"
     if planned.failure is not None:
@@ -110,25 +89,6 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
     rows["motion"] = f"{planned.motion:.5f} {' + '.join(units[kind] for kind in units if kind in planned.robot.joints)}"
     rows["optimum"] = "reached" if planned.refined else "best route of the grid"
     return rows
-
-
-def describe_failure(robot: Robot, failure: PlanFailure) -> str:
-    """Return why a plan is not whole, in the units that people read."""
-    if failure.joint is None:
-        details = {
-            "no way": "; it has postures, but no branch leads there from the points before",
-            "spin range": "; no spin within it leads along the path there",
-            "not closed": "; its posture is not that of the first point",
-        }
-        return f"point {failure.point}: {failure.cause}{details.get(failure.cause, '')}"
-    where = f"point {failure.point}: {failure.cause} of joint {failure.joint + 1}"
-    if not np.isfinite(failure.excess):
-        return where
-    if failure.cause == "speed limit":
-        return f"{where}, {failure.excess:.3g} times it would be needed"
-    sliding = robot.joints[failure.joint] == "P"
-    excess = f"{1000.0 * failure.excess:.3g} mm" if sliding else f"{np.rad2deg(failure.excess):.3g} deg"
-    return f"{where}, which would have to go about {excess} beyond it"
 
 
 def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objective: str, pictures: bool) -> list[str]:

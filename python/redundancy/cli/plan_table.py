@@ -1,43 +1,41 @@
 """The table ``[plan]`` of job files."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from .._core import Robot
+from .._core import PlanSettings, Robot
 from ..files import Table
 
 CRITERIA: Final = ("minimax", "integral", "motion")
+KEYS: Final = (
+    *("criterion", "smoothness", "n_angles", "layers", "effort", "spin_range_deg", "max_spin_step_deg", "max_step"),
+    *("spare", "n_spare", "branches", "branch_changes", "closed", "limits", "bound", "max_iterations", "warm_start"),
+)
+OLD_NAMES: Final = {"angles": "n_angles", "spare_values": "n_spare"}
+"""Keys of older job files."""
 _MOVING: Final = "RRRRRR"
 
 
 @dataclass(frozen=True)
-class PlanSettings:
-    """What a job file says about planning; as for `redundancy.plan`, joints counted from 0, angles in radians.
+class PlanTable:
+    """What a job file says about planning.
 
     Attributes
     ----------
+    settings : PlanSettings
+        As for `redundancy.plan`.
     warm_start : Path or None
         The file of an earlier trajectory.
     """
 
-    criterion: str = "minimax"
-    smoothness: float | None = None
-    angles: int = 48
-    layers: int = 32
-    effort: int | None = None
-    spin_range: tuple[float, float] | None = None
-    spare: tuple[int, ...] | None = None
-    spare_values: int = 24
-    closed: bool = False
-    limits: bool = True
-    branch_changes: bool = False
+    settings: PlanSettings = field(default_factory=lambda: PlanSettings(bound=True))
     warm_start: Path | None = None
 
 
-def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
+def read_plan(table: Table, robot: Robot, folder: Path) -> PlanTable:
     """Read the table ``[plan]``.
 
     Parameters
@@ -51,7 +49,7 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
 
     Returns
     -------
-    PlanSettings
+    PlanTable
         In SI units, joints counted from 0.
 
     Raises
@@ -59,25 +57,63 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanSettings:
     RedundancyError
         If a key is unknown or wrong; of the table's kind.
     """
-    table.only(
-        *("criterion", "smoothness", "angles", "layers", "effort", "spin_range_deg", "spare", "spare_values"),
-        *("closed", "limits", "branch_changes", "warm_start"),
-    )
+    table.only(*KEYS, *OLD_NAMES)
+    for old, new in OLD_NAMES.items():
+        if old in table and new in table:
+            raise table.error(old, f"{new} alone, of which it is the old name")
     default = PlanSettings()
-    return PlanSettings(
-        criterion=table.text("criterion", default.criterion, CRITERIA),
+    settings = PlanSettings(
+        table.text("criterion", default.criterion, CRITERIA),
+        table.flag("limits", default.limits),
         smoothness=_smoothness(table),
-        angles=table.integer("angles", default.angles, least=1),
-        layers=table.integer("layers", default.layers, least=1),
-        effort=table.integer("effort", least=1) if "effort" in table.data else None,
+        n_angles=_count(table, "n_angles", "angles"),
+        layers=_count(table, "layers"),
         spin_range=_spin_range(table),
+        max_spin_step=_max_spin_step(table),
+        max_step=_max_step(table),
         spare=_spare(table, robot),
-        spare_values=table.integer("spare_values", default.spare_values, least=1),
-        closed=table.flag("closed", default.closed),
-        limits=table.flag("limits", default.limits),
+        n_spare=_count(table, "n_spare", "spare_values"),
+        branches=_branches(table),
         branch_changes=table.flag("branch_changes", default.branch_changes),
-        warm_start=_warm_start(table, folder),
+        closed=table.flag("closed", default.closed),
+        bound=table.flag("bound", True),
+        effort=_count(table, "effort"),
+        max_iterations=_count(table, "max_iterations"),
     )
+    return PlanTable(settings, _warm_start(table, folder))
+
+
+def _count(table: Table, *names: str) -> int | None:
+    """Return a number of at least 1 under the first of some names that the table has."""
+    name = next((name for name in names if name in table), None)
+    return None if name is None else table.integer(name, least=1)
+
+
+def _max_spin_step(table: Table) -> float | None:
+    if "max_spin_step_deg" not in table:
+        return None
+    step = table.number("max_spin_step_deg")
+    if not 0.0 < step <= 180.0:
+        raise table.error("max_spin_step_deg", "an angle above 0, at most 180 deg")
+    return min(float(np.deg2rad(step)), np.pi)
+
+
+def _max_step(table: Table) -> float | None:
+    if "max_step" not in table:
+        return None
+    step = table.number("max_step")
+    if not step > 0.0:
+        raise table.error("max_step", "a number above 0")
+    return step
+
+
+def _branches(table: Table) -> tuple[int, ...] | None:
+    if "branches" not in table:
+        return None
+    branches = table.data["branches"]
+    if not (isinstance(branches, list) and all(type(branch) is int and branch >= 0 for branch in branches)):
+        raise table.error("branches", "a list of branches, counted from 0")
+    return tuple(branches)
 
 
 def _smoothness(table: Table) -> float | None:

@@ -9,8 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import JointLimits, Objective, OrthogonalSQP, RateSolver, Robot, Solution, Task
-from .._transport import transport
+from .._core import JointLimits, Objective, OrthogonalSQP, RateSolver, Robot, Solution, Task, transport
 from .._util import F64, checked, progress_bar, turns
 from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import Task
-from .._transport import transport
+from .._core import Task, transport
 from .._util import F64, checked
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import Table, path_source, read_document, read_toolpath, write_toolpath

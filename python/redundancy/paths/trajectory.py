@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import plots, robots
-from .._core import Robot
-from .._spin import spin_along
+from .._core import PathData, Robot
 from .._util import F64
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import TRAJECTORY_FORMATS, TrajectoryColumns, read_trajectory, write_atomically
@@ -124,7 +123,7 @@ class Trajectory:
         It is the angle of the tool frame's x axis (y, where x is along the axis) from a perpendicular that is carried
         along the path by the smallest rotation from each axis to the next; a tool that does not spin keeps 0.
         """
-        return spin_along(self.robot, self.path.axis, self.q)
+        return PathData(self.path.position, self.path.axis).spin_along(self.robot, self.q)
 
     @classmethod
     def read(cls, file: str | Path, robot: Robot | None = None) -> "Trajectory":

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import Robot
-from .._util import F64, checked, perpendicular
+from .._core import Robot, perpendicular
+from .._util import F64, checked
 from ..errors import InvalidValueError
 
 _OVER = np.diag([1.0, -1.0, -1.0, 1.0])

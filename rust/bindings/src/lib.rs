@@ -32,9 +32,17 @@ mod _core {
     #[pymodule_export]
     use super::index::objective::PyObjective;
     #[pymodule_export]
-    use super::plan::map::{PyLattice, find_route_py};
+    use super::plan::failure::PyPlanFailure;
     #[pymodule_export]
-    use super::plan::refine::{least_value_py, refine_path, restore_path};
+    use super::plan::frames::{angle_grid, perpendicular, spare_grid, transport};
+    #[pymodule_export]
+    use super::plan::map::PyLattice;
+    #[pymodule_export]
+    use super::plan::path::PyPath;
+    #[pymodule_export]
+    use super::plan::planner::{PyPlannedPath, plan_path};
+    #[pymodule_export]
+    use super::plan::settings::PyPlanSettings;
     #[pymodule_export]
     use super::qp::solve_qp;
     #[pymodule_export]

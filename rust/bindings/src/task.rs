@@ -121,12 +121,7 @@ impl PyTask {
     /// "axisymmetric", "full" or "position", or "general" for the other projectors.
     #[getter]
     fn kind(&self) -> &'static str {
-        match self.task {
-            Task { angular: Projector::All, linear: Projector::All, .. } => "full",
-            Task { angular: Projector::None, linear: Projector::All, .. } => "position",
-            task if task.spin_axis().is_some() => "axisymmetric",
-            _ => "general",
-        }
+        self.task.kind()
     }
 
     /// Unit axis in the tool frame, shape (3,); z unless axisymmetric about another.

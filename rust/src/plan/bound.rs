@@ -1,6 +1,7 @@
 //! The least value of an objective at one point of a path, over all spins, spare joints and branches: no path can do better there.
 
-use super::graph::Criterion;
+use rayon::prelude::*;
+
 use super::problem::PathProblem;
 use super::refine::{RefineStatus, refine};
 
@@ -8,39 +9,26 @@ use super::refine::{RefineStatus, refine};
 const STARTS: usize = 24;
 /// A posture this near to one that was tried [rad or m] would lead to the same minimum.
 const APART: f64 = 0.5;
+/// Newton steps from each of them.
+const MAX_ITERATIONS: usize = 60;
 
-/// From postures on a grid (rows of n, with their values), each brought to the minimum next to it: the least of them. `problem` is that of the
-/// one point.
-pub fn least_value<const C: usize>(problem: &PathProblem<'_>, postures: &[f64], values: &[f64]) -> f64 {
-    let n = problem.n();
+/// The least value at a point, from postures on a grid (n joints a row, with their values), each brought to the minimum next to it. `alone` is
+/// the problem of that point.
+pub(super) fn least_value(alone: &PathProblem, postures: &[f64], values: &[f64]) -> f64 {
+    let n = alone.n();
     let mut order: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let mut best = order.first().map_or(f64::INFINITY, |&i| values[i]);
-    let alone = PathProblem {
-        criterion: Criterion::Integral,
-        smoothness: 0.0,
-        weights: &[1.0],
-        steps: &[],
-        bounds: &[],
-        closed: None,
-        ..problem.clone()
-    };
-    let mut tried: Vec<&[f64]> = Vec::new();
+    let mut starts: Vec<&[f64]> = Vec::new();
     for &i in &order {
         let start = &postures[i * n..(i + 1) * n];
-        if tried.iter().any(|other| start.iter().zip(*other).all(|(a, b)| (a - b).abs() < APART)) {
-            continue;
-        }
-        tried.push(start);
-        if tried.len() > STARTS {
-            break;
-        }
-        let mut q = [0.0; C];
-        q[..n].copy_from_slice(start);
-        let found = refine::<C>(&alone, vec![q], 60);
-        if matches!(found.status, RefineStatus::Converged | RefineStatus::Stopped) && found.values[0] < best {
-            best = found.values[0];
+        if starts.len() < STARTS && !starts.iter().any(|other| start.iter().zip(*other).all(|(a, b)| (a - b).abs() < APART)) {
+            starts.push(start);
         }
     }
-    best
+    let minimum = |start: &&[f64]| {
+        let found = refine(alone, start, MAX_ITERATIONS, &mut || false);
+        if matches!(found.status, RefineStatus::Converged | RefineStatus::Stopped) { found.values[0] } else { f64::INFINITY }
+    };
+    let grid = order.first().map_or(f64::INFINITY, |&i| values[i]);
+    starts.par_iter().map(minimum).reduce(|| grid, f64::min)
 }

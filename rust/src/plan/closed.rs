@@ -15,33 +15,51 @@ struct Seams {
     bound: f64,
 }
 
-/// The best route that closes: through all layers, none at all, or, where even an open one breaks off, that one.
-pub fn closed_route(graph: &Graph, search: &Search) -> Route {
-    let open = graph.route(search, 0, None);
-    if open.cells.len() < graph.layers() {
-        return open;
+/// What searches of one graph for closed routes share, whatever the slack.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ClosedRoutes {
+    /// The best route twice round.
+    round: Option<Route>,
+    /// The best closed routes, by the seams of the open routes that they were searched from.
+    best: Vec<([usize; 2], Route)>,
+}
+
+impl ClosedRoutes {
+    /// The best route that closes: through all layers, none at all, or, where even the `open` one breaks off, that one.
+    pub fn route(&mut self, graph: &Graph, search: &Search, open: Route) -> Route {
+        let (Some(&first), Some(&last)) = (open.cells.first(), open.cells.last()) else { return open };
+        if open.cells.len() < graph.layers() {
+            return open;
+        }
+        let seams = [graph.seam(first), graph.seam(last)];
+        let known = self.best.iter().find(|(hint, _)| *hint == seams).map(|(_, best)| best.clone());
+        let best = known.unwrap_or_else(|| {
+            let round = self.round.get_or_insert_with(|| graph.twice().sweep(search, None, None));
+            let best = best_closed(graph, search, None, &open, round);
+            self.best.push((seams, best.clone()));
+            best
+        });
+        if search.criterion == Criterion::Integral || best.cells.is_empty() {
+            return best;
+        }
+        let (under, ceiling) = search.under(&best);
+        let round = graph.twice().sweep(&under, None, Some(ceiling));
+        let smooth = best_closed(graph, &under, Some(ceiling), &best, &round);
+        Route { cost: best.cost, ..smooth }
     }
-    let best = best_closed(graph, search, None, &open);
-    if search.criterion == Criterion::Integral || best.cells.is_empty() {
-        return best;
-    }
-    let (under, ceiling) = search.under(&best);
-    let smooth = best_closed(graph, &under, Some(ceiling), &best);
-    Route { cost: best.cost, ..smooth }
 }
 
 /// The best route that closes. The best open one from a set of postures to the same set bounds what closes within it; sets are halved between
-/// its ends until it closes. The first seams to be tried are those of `hint` and of the best route twice round.
-fn best_closed(graph: &Graph, search: &Search, ceiling: Option<f64>, hint: &Route) -> Route {
+/// its ends until it closes. The first seams to be tried are those of `hint` and of the best route twice `round`.
+fn best_closed(graph: &Graph, search: &Search, ceiling: Option<f64>, hint: &Route, round: &Route) -> Route {
     let last = graph.layers() - 1;
     let closing = |seams: &[usize]| {
         let mut ends = vec![false; graph.cells()];
         seams.iter().for_each(|&seam| ends[seam * graph.copies..(seam + 1) * graph.copies].fill(true));
-        let route = graph.sweep(search, 0, Some(&ends), ceiling);
+        let route = graph.sweep(search, Some(&ends), ceiling);
         (route.cells.len() > last && route.cost.is_finite()).then_some(route)
     };
     let mut best = Route { cells: Vec::new(), cost: f64::INFINITY, frontier: Vec::new() };
-    let round = graph.twice().sweep(search, 0, None, ceiling);
     for &cell in [hint.cells.first(), hint.cells.last(), round.cells.get(last)].into_iter().flatten() {
         best = better(best, closing(&[graph.seam(cell)]));
     }

@@ -43,7 +43,7 @@ pub struct Constraint {
 }
 
 /// Everything that has to hold; without what is infinite.
-pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> {
+pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
     let n = problem.n();
     let mut all = Vec::new();
     let mut push = |kind, point, joint, sign: f64, bound: f64| {
@@ -51,11 +51,11 @@ pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> 
             all.push(Constraint { kind, point, joint, sign, bound });
         }
     };
-    for point in 0..problem.targets.len() {
+    for point in 0..problem.points() {
         if problem.limits {
             for joint in 0..n {
                 // The first point of a closed path is passed again, whole turns away.
-                let turns = problem.closed.filter(|_| point == 0).map_or(0.0, |turns| turns[joint]);
+                let turns = problem.turns.as_ref().filter(|_| point == 0).map_or(0.0, |turns| turns[joint]);
                 push(Kind::Position, point, joint, 1.0, problem.robot.limits().q_max[joint] - turns.max(0.0));
                 push(Kind::Position, point, joint, -1.0, turns.min(0.0) - problem.robot.limits().q_min[joint]);
             }
@@ -83,7 +83,7 @@ pub fn constraints(problem: &PathProblem<'_>, widened: bool) -> Vec<Constraint> 
 impl Constraint {
     /// Slack at postures with their values.
     #[inline(always)]
-    pub fn slack<const C: usize>(&self, problem: &PathProblem<'_>, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
+    pub fn slack<const C: usize>(&self, problem: &PathProblem, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
         match self.kind {
             Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),

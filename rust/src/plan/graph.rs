@@ -159,36 +159,35 @@ impl Graph {
         Some(sum)
     }
 
-    /// The best route from the layer `first` on: through all layers, or as far as there is a way. `ends` are the cells at which it may start
-    /// and end.
-    pub fn route(&self, search: &Search, first: usize, ends: Option<&[bool]>) -> Route {
-        let route = self.sweep(search, first, ends, None);
-        if search.criterion == Criterion::Integral || route.cells.is_empty() {
-            return route;
+    /// The best route: through all layers, or as far as there is a way. `best` is that of a sweep without a ceiling.
+    pub(super) fn smoothed(&self, search: &Search, best: &Route) -> Route {
+        if search.criterion == Criterion::Integral || best.cells.is_empty() {
+            return best.clone();
         }
         // The same layers again under the lowest ceiling, for the least motion.
-        let (under, ceiling) = search.under(&route);
-        let smooth = self.sweep(&under, first, ends, Some(ceiling));
-        if smooth.cells.len() < route.cells.len() { route } else { Route { cost: route.cost, ..smooth } }
+        let (under, ceiling) = search.under(best);
+        let smooth = self.sweep(&under, None, Some(ceiling));
+        if smooth.cells.len() < best.cells.len() { best.clone() } else { Route { cost: best.cost, ..smooth } }
     }
 
-    /// One pass of dynamic programming; under a ceiling the values themselves do not count.
-    pub(super) fn sweep(&self, search: &Search, first: usize, ends: Option<&[bool]>, ceiling: Option<f64>) -> Route {
+    /// One pass of dynamic programming; under a ceiling the values themselves do not count. `ends` are the cells at which a route may start and
+    /// end.
+    pub(super) fn sweep(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Route {
         let last = self.layers() - 1;
         let allowed = |layer: usize, cell: usize| {
             self.open(layer, cell)
                 && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
-                && ends.is_none_or(|ends| (layer != first && layer != last) || ends[cell])
+                && ends.is_none_or(|ends| (layer != 0 && layer != last) || ends[cell])
         };
         let own = |layer: usize, cell: usize| match (search.criterion, ceiling) {
             (Criterion::Minimax, _) => self.value_of(layer, cell),
             (Criterion::Integral, None) => self.weights[layer] * self.value_of(layer, cell),
             (Criterion::Integral, Some(_)) => 0.0,
         };
-        let start = (0..self.cells()).map(|cell| if allowed(first, cell) { own(first, cell) } else { f64::INFINITY }).collect();
+        let start = (0..self.cells()).map(|cell| if allowed(0, cell) { own(0, cell) } else { f64::INFINITY }).collect();
         let mut labels = vec![Labels { cost: start, from: Vec::new() }];
-        for layer in first + 1..=last {
-            let before = &labels[layer - first - 1].cost;
+        for layer in 1..=last {
+            let before = &labels[layer - 1].cost;
             if before.iter().all(|cost| cost.is_infinite()) {
                 break;
             }

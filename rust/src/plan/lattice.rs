@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::grid::SpareGrid;
+use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
 use crate::index::{Answers, Objective, Order};
 use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
@@ -17,7 +19,7 @@ use crate::with_capacity;
 /// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
 pub const LIMIT_MARGIN: f64 = 1e-7;
 
-/// Why a cell holds no posture, least bad first: the order in which branches are compared.
+/// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Cause {
@@ -33,6 +35,41 @@ pub enum Cause {
     Predicate = 4,
 }
 
+/// The cells of one point.
+#[derive(Debug, Clone)]
+pub(super) struct Cells {
+    /// Why a cell holds no posture, one number a cell.
+    pub cause: Vec<u8>,
+    /// Those that hold one, in order.
+    pub open: Vec<u32>,
+    /// Their postures, n joints a row.
+    pub q: Vec<f64>,
+    /// Their values.
+    pub value: Vec<f64>,
+}
+
+impl Cells {
+    /// Takes out the open cells that are not kept.
+    pub fn retain(&mut self, n: usize, kept: &[bool]) {
+        let open = std::mem::take(&mut self.open);
+        let (q, value) = (std::mem::take(&mut self.q), std::mem::take(&mut self.value));
+        for (i, cell) in open.into_iter().enumerate() {
+            if kept[i] {
+                self.open.push(cell);
+                self.value.push(value[i]);
+                self.q.extend_from_slice(&q[i * n..(i + 1) * n]);
+            } else {
+                self.cause[cell as usize] = Cause::Predicate as u8;
+            }
+        }
+    }
+
+    /// Whether there is any posture.
+    pub fn is_open(&self) -> bool {
+        !self.open.is_empty()
+    }
+}
+
 /// Joints held at one of the values of the grid, and the six that are left.
 #[derive(Debug, Clone)]
 struct Slice {
@@ -45,7 +82,7 @@ struct Slice {
 #[derive(Debug, Clone)]
 pub struct Lattice {
     robot: Arc<Robot>,
-    frames: Vec<Frame>,
+    frames: Arc<[Frame]>,
     turns: Vec<Frame>,
     slices: Vec<Slice>,
     objective: Option<Objective>,
@@ -53,33 +90,38 @@ pub struct Lattice {
     branches: usize,
 }
 
+impl Cause {
+    /// Every cause, by its number.
+    pub const ALL: [Self; 5] = [Self::Feasible, Self::Unreachable, Self::JointLimit, Self::Singular, Self::Predicate];
+}
+
 impl Lattice {
-    /// `frames` are those of the tool at spin 0, one a point; the tool may turn by `angles` about `axis` (tool frame). The joints `spare` are
-    /// held at each row of `values` in turn; six revolute joints have to be left.
+    /// `frames` are those of the tool at spin 0, one a point; the tool may turn by `angles` about `axis` (tool frame). The joints to spare
+    /// are held at each of their values in turn; six revolute joints have to be left.
     pub fn new(
         robot: Arc<Robot>,
-        frames: Vec<Frame>,
+        frames: Arc<[Frame]>,
         axis: Vec3,
         angles: &[f64],
-        spare: &[usize],
-        values: &[Vec<f64>],
+        spare: &SpareGrid,
         objective: Option<Objective>,
         limits: bool,
     ) -> Result<Self> {
         if let Some(objective) = &objective {
             objective.check(&robot)?;
         }
-        if frames.is_empty() || angles.is_empty() || values.is_empty() {
+        if frames.is_empty() || angles.is_empty() || spare.values.is_empty() {
             return Err(Error::value("path", "empty", "at least one point, one angle and one value of the spare joints"));
         }
-        let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.contains(i)).collect();
+        let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.joints.contains(i)).collect();
         let moving: [usize; 6] = moving.try_into().map_err(|left: Vec<usize>| {
             Error::value("spare", format!("{} joints left", left.len()), "joints that leave six revolute ones")
         })?;
-        let slices = values
+        let slices = spare
+            .values
             .iter()
             .map(|row| {
-                let held: Vec<(usize, f64)> = spare.iter().copied().zip(row.iter().copied()).collect();
+                let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
                 let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
                 Ok(Slice { held, moving, inverse })
             })
@@ -109,6 +151,11 @@ impl Lattice {
         self.slices.len()
     }
 
+    /// Joints that are held on the grid.
+    pub fn held(&self) -> usize {
+        self.slices.first().map_or(0, |slice| slice.held.len())
+    }
+
     /// Branches of a cell.
     pub fn branches(&self) -> usize {
         self.branches
@@ -124,17 +171,75 @@ impl Lattice {
         self.slices.len() * self.turns.len() * self.branches
     }
 
-    /// Postures, values and causes of the points from `first` on, as many as the outputs hold, on every core.
-    pub fn fill(&self, first: usize, q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
+    /// Postures (NaN where there are none), values and causes of some points, as the outputs take them, on every core.
+    pub fn fill(&self, points: &[usize], q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
         let (n, cells) = (self.robot.n(), self.cells());
-        q.par_chunks_mut(cells * n).zip(value.par_chunks_mut(cells)).zip(cause.par_chunks_mut(cells)).enumerate().for_each(
-            |(i, ((q, value), cause))| {
-                self.point(first + i, q, value, cause);
-            },
-        );
+        let outputs = q.par_chunks_mut(cells * n).zip(value.par_chunks_mut(cells)).zip(cause.par_chunks_mut(cells));
+        points.par_iter().zip(outputs).for_each(|(point, ((q, value), cause))| {
+            q.fill(f64::NAN);
+            self.point(*point, q, value, cause);
+        });
     }
 
-    /// As [`Lattice::fill`] without keeping the postures.
+    /// The cells of some points, in their order, only those kept that hold a posture.
+    pub(super) fn cells_of(&self, points: &[usize]) -> Vec<Cells> {
+        let (n, cells) = (self.robot.n(), self.cells());
+        let one = |(q, value): &mut (Vec<f64>, Vec<f64>), point: &usize| {
+            let mut cause = vec![0; cells];
+            self.point(*point, q, value, &mut cause);
+            let open: Vec<u32> = (0..cells as u32).filter(|&cell| cause[cell as usize] == Cause::Feasible as u8).collect();
+            let posture = |&cell: &u32| q[cell as usize * n..(cell as usize + 1) * n].iter().copied();
+            Cells {
+                q: open.iter().flat_map(posture).collect(),
+                value: open.iter().map(|&cell| value[cell as usize]).collect(),
+                open,
+                cause,
+            }
+        };
+        points.par_iter().map_init(|| (vec![0.0; cells * n], vec![0.0; cells]), one).collect()
+    }
+
+    /// The same without what the caller refuses.
+    pub(super) fn allowed_cells(&self, points: &[usize], hooks: &mut Hooks) -> std::result::Result<Vec<Cells>, PlanError> {
+        let n = self.robot.n();
+        let mut all = self.cells_of(points);
+        if hooks.feasible.is_some() {
+            let postures: Vec<f64> = all.iter().flat_map(|cells| &cells.q).copied().collect();
+            if let Some(allowed) = hooks.allowed(&postures, n)? {
+                let mut rest = &allowed[..];
+                for cells in &mut all {
+                    let (own, others) = rest.split_at(cells.open.len());
+                    cells.retain(n, own);
+                    rest = others;
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// As [`Lattice::survey`], without what the caller refuses.
+    ///
+    /// # Errors
+    /// [`PlanError`] if the caller's predicate fails.
+    pub fn survey_allowed(
+        &self,
+        first: usize,
+        value: &mut [f64],
+        cause: &mut [u8],
+        hooks: &mut Hooks,
+    ) -> std::result::Result<(), PlanError> {
+        let cells = self.cells();
+        let points: Vec<usize> = (first..first + value.len() / cells).collect();
+        value.fill(f64::NAN);
+        let outputs = value.chunks_exact_mut(cells).zip(cause.chunks_exact_mut(cells));
+        for (known, (value, cause)) in self.allowed_cells(&points, hooks)?.into_iter().zip(outputs) {
+            cause.copy_from_slice(&known.cause);
+            known.open.iter().zip(known.value).for_each(|(cell, known)| value[*cell as usize] = known);
+        }
+        Ok(())
+    }
+
+    /// As [`Lattice::fill`], of the points from `first` on, without keeping the postures.
     pub fn survey(&self, first: usize, value: &mut [f64], cause: &mut [u8]) {
         let (n, cells) = (self.robot.n(), self.cells());
         value

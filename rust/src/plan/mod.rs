@@ -1,21 +1,66 @@
 //! The best way through a whole path: a map of all postures, the best route through it, and its continuous refinement.
+//!
+//! [`Planner`] is the door: robot, path, task, objective and settings in, [`Plan`] out.
+//!
+//! ```
+//! use std::{f64::consts::{FRAC_PI_2, PI}, sync::Arc};
+//! use redundancy::plan::{Aim, Hooks, Path, PlanSettings, Planner};
+//! use redundancy::robot::{Convention, DhTable, Robot};
+//! use redundancy::task::Task;
+//!
+//! let table = DhTable {
+//!     convention: Convention::Standard,
+//!     a: vec![0.0, 0.43, -0.02, 0.0, 0.0, 0.0],
+//!     d: vec![0.0, 0.15, 0.0, 0.43, 0.0, 0.1],
+//!     alpha: vec![-FRAC_PI_2, 0.0, FRAC_PI_2, -FRAC_PI_2, FRAC_PI_2, 0.0],
+//!     theta: vec![0.0; 6],
+//! };
+//! let robot = Arc::new(Robot::from_dh("puma", table, "RRRRRR")?);
+//! let path = Path::helix(0.1, 0.02, (0.0, FRAC_PI_2), PI, [0.4, 0.1, 0.1], 11)?;
+//! let settings = PlanSettings { criterion: Aim::Motion, n_angles: 24, ..PlanSettings::default() };
+//! let plan = Planner::new(robot, path, Task::axisymmetric([0.0, 0.0, 1.0])?, None, settings)?.plan(&mut Hooks::default())?;
+//! assert!(plan.failure.is_none() && plan.refined);
+//! assert_eq!(plan.q.len(), 11 * 6);
+//! # Ok::<(), redundancy::plan::PlanError>(())
+//! ```
 
 mod bound;
 mod closed;
 mod constraints;
+mod failure;
+mod frames;
 mod graph;
+mod greedy;
+mod grid;
+mod hooks;
 mod lattice;
+mod layers;
 mod newton_system;
+mod numbers;
+mod part;
+mod path;
+mod planner;
+mod points;
 mod problem;
+mod proof;
 mod refine;
 mod route;
+mod settings;
+mod strategy;
 mod turns;
+mod verdict;
 
-pub use bound::least_value;
-pub use constraints::{Constraint, Kind};
+pub use failure::{FailedJoint, FailureCause, PlanFailure};
+pub use frames::{across, spin, spin_along, spin_frames, tools, transport};
 pub use graph::{Blockage, Criterion, Graph, Route, Search};
-pub use lattice::{Cause, LIMIT_MARGIN, Lattice, wide_joints};
-pub use problem::{PathProblem, SpinRange, onto_path};
-pub use refine::{RefineStatus, Refined, refine};
+pub use grid::{SpareGrid, angle_grid};
+pub use hooks::{Hooks, PlanError, Predicate, PredicateError};
+pub use lattice::{Cause, LIMIT_MARGIN, Lattice};
+pub use part::WarmStart;
+pub use path::{Path, point_weights};
+pub use planner::Planner;
+pub use problem::ON_PATH;
 pub use route::{FoundRoute, find_route};
+pub use settings::{Aim, PlanSettings};
 pub use turns::{unwind, within_limits};
+pub use verdict::Plan;

@@ -2,13 +2,19 @@
 
 use super::constraints::{Common, Constraint, Kind};
 use super::graph::Criterion;
-use super::problem::{PathProblem, Point};
+use super::points::Point;
+use super::problem::PathProblem;
 use crate::linalg::banded::Banded;
 
 /// Common variables: ceiling and widening.
 pub const COMMON: usize = 2;
-/// Shifts tried before a system is given up.
+/// Shifts of the diagonal tried before a system is given up.
 const MAX_SHIFTS: usize = 25;
+/// The first of them, relative to the largest entry of the diagonal, and the factor from one to the next.
+const FIRST_SHIFT: f64 = 1e-10;
+const SHIFT_GROWTH: f64 = 8.0;
+/// Weight of the widening in what is minimised, relative to the rest.
+const WIDENING_WEIGHT: f64 = 1e3;
 
 /// A direction of all variables.
 #[derive(Debug, Clone)]
@@ -43,13 +49,13 @@ pub struct Model<const C: usize> {
 
 /// Weight of the widening in what is minimised, relative to the rest.
 pub fn widening_weight(scale: f64) -> f64 {
-    1e3 * scale
+    WIDENING_WEIGHT * scale
 }
 
 impl<const C: usize> Model<C> {
     /// At the points, with slacks and multipliers, for the barrier's weight `mu`.
     pub fn new(
-        problem: &PathProblem<'_>,
+        problem: &PathProblem,
         points: &[Point<C>],
         constraints: &[Constraint],
         slack: &[f64],
@@ -96,11 +102,11 @@ impl<const C: usize> Model<C> {
         }
     }
 
-    fn add_motion(&mut self, problem: &PathProblem<'_>, points: &[Point<C>], n: usize) {
+    fn add_motion(&mut self, problem: &PathProblem, points: &[Point<C>], n: usize) {
         let q: Vec<[f64; C]> = points.iter().map(|point| point.q).collect();
         for edge in 0..problem.edges() {
             let next = (edge + 1) % points.len();
-            let factor = 2.0 * problem.smoothness / problem.steps[edge];
+            let factor = 2.0 * problem.smoothness() / problem.steps[edge];
             for k in 0..n {
                 let force = factor * problem.motion(&q, edge, k);
                 for (i, sign) in [(next, 1.0), (edge, -1.0)] {
@@ -179,13 +185,13 @@ impl<const C: usize> Model<C> {
     }
 
     /// The Newton direction; `None` where no shift makes the system positive definite.
-    pub fn direction(&self, problem: &PathProblem<'_>, points: &[Point<C>], constraints: &[Constraint]) -> Option<Direction<C>> {
+    pub fn direction(&self, problem: &PathProblem, points: &[Point<C>], constraints: &[Constraint]) -> Option<Direction<C>> {
         let (n, r, count) = (problem.n(), problem.freedoms(), points.len());
-        let place = |i: usize| folded(i, count, problem.closed.is_some());
-        let reach = if problem.closed.is_some() { 2 } else { 1 };
+        let place = |i: usize| folded(i, count, problem.turns.is_some());
+        let reach = if problem.turns.is_some() { 2 } else { 1 };
         let mut matrix = Banded::new(count * r, (reach + 1) * r - 1);
         for (i, point) in points.iter().enumerate() {
-            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], n, r);
+            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], r);
             for a in 0..r {
                 for b in 0..=a {
                     matrix.add(place(i) * r + a, place(i) * r + b, block[a][b]);
@@ -237,7 +243,7 @@ impl<const C: usize> Model<C> {
             {
                 return Some(found);
             }
-            shift = if shift == 0.0 { 1e-10 * matrix.largest_diagonal() } else { 8.0 * shift };
+            shift = if shift == 0.0 { FIRST_SHIFT * matrix.largest_diagonal() } else { SHIFT_GROWTH * shift };
         }
         None
     }

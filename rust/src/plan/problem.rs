@@ -1,116 +1,124 @@
-//! A path of postures as one optimisation problem: what is minimised, what has to hold, and the freedom that is left at every point.
+//! A path of postures as one optimisation problem: what is minimised, what has to hold, and how far postures are from it.
 
-use std::f64::consts::TAU;
+use std::f64::consts::SQRT_2;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::frames::{spin, spin_frames, tools};
 use super::graph::Criterion;
-use crate::index::{Evaluation, Objective, Order};
+use super::numbers::{mean_size, sum};
+use super::path::{Path, point_weights};
+use super::settings::{Aim, PlanSettings};
+use crate::error::Result;
+use crate::index::{Answers, Objective, Order};
 use crate::inverse::reach_sized;
-use crate::kinematics::{Jacobian, forward, jacobian, jacobian_rate};
+use crate::kinematics::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::vector::{Vec3, dot};
-use crate::linalg::{Rows6, size};
-use crate::robot::Robot;
-use crate::task::{Directions, Target, Task};
+use crate::linalg::size;
+use crate::linalg::vector::{Vec3, dot, norm, sub};
+use crate::robot::{Robot, nearest_turn};
+use crate::task::{Target, Task};
+use crate::with_capacity;
 
+/// Error of a point that counts as on the path [rad, m].
+pub const ON_PATH: f64 = 1e-9;
 /// Paths with fewer points are evaluated on one core.
-const PARALLEL: usize = 32;
-/// Error of a point that counts as on the path [rad, m over the length].
-const ON_PATH: f64 = 1e-12;
-/// The same where rounding allows no better.
-const NEAR_PATH: f64 = 1e-9;
+pub(super) const PARALLEL: usize = 32;
+/// Points that a core takes at a time.
+pub(super) const CHUNK: usize = 16;
+/// Error at which the way back onto the path ends [rad, m over the length].
+const RESTORED: f64 = 1e-12;
 /// Newton steps back onto the path.
 const RETURN_ITERATIONS: usize = 12;
-/// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
-const SINGULAR: f64 = 1e-9;
+/// Weight of the integral of the squared joint speed where none is given, relative to the value: for the worst one, and for the mean.
+const GENTLE: (f64, f64) = (1e-7, 1e-5);
+/// Rounding of the times of a path must not carry a joint beyond its speed.
+const BELOW_SPEED: f64 = 1.0 - 1e-9;
 
-/// A path and what is wanted of it.
+/// A path, or a stretch of it, and what is wanted of it.
 #[derive(Debug, Clone)]
-pub struct PathProblem<'a> {
+pub struct PathProblem {
     /// Robot.
-    pub robot: &'a Robot,
+    pub robot: Arc<Robot>,
     /// Task.
     pub task: Task,
-    /// Targets, one a point. In a closed path the last, which is the first, is left out.
-    pub targets: &'a [Target],
+    /// Targets, one a point. In a stretch that closes, the last one, which is the first, is left out.
+    pub targets: Arc<[Target]>,
+    /// Tool frames at spin 0, one a point.
+    pub frames: Arc<[Frame]>,
     /// What is minimised; motion alone if nothing.
-    pub objective: Option<&'a Objective>,
+    pub objective: Option<Objective>,
     /// Worst value or integral.
     pub criterion: Criterion,
-    /// Weight of the integral of the squared joint speed over the path's share.
-    pub smoothness: f64,
+    /// Weight of the integral of the squared joint speed over the path's share; next to nothing beside the values if not given.
+    pub smoothness: Option<f64>,
     /// Share of the path that each point stands for.
-    pub weights: &'a [f64],
-    /// Share of the path from each point to the next; one more than gaps when the path is closed.
-    pub steps: &'a [f64],
-    /// Largest motions from each point to the next [rad or m]; infinite where there is none.
-    pub bounds: &'a [f64],
+    pub weights: Arc<[f64]>,
+    /// Share of the path from each point to the next; one more than gaps in a stretch that closes.
+    pub steps: Arc<[f64]>,
+    /// Largest motions from each point to the next [rad or m], n a step; infinite where there is none.
+    pub bounds: Arc<[f64]>,
+    /// Whether it is the speed of joints that bounds them.
+    pub timed: bool,
     /// Whether position limits hold.
     pub limits: bool,
-    /// Whether the last point leads to the first, and the whole turns in between.
-    pub closed: Option<&'a [f64]>,
+    /// Whether the last point of the whole path is the first.
+    pub closed: bool,
+    /// In a stretch that closes, the whole turns from the last posture to the first [rad].
+    pub turns: Option<Vec<f64>>,
     /// Length that weighs angles against distances in the task [m].
     pub length: f64,
-    /// Range of the spin, if it has one.
-    pub spin: Option<SpinRange<'a>>,
+    /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
+    pub spin: Option<SpinRange>,
 }
 
 /// The spin that a tool is allowed.
-#[derive(Debug, Clone, Copy)]
-pub struct SpinRange<'a> {
-    /// Tool frames at spin 0, one a point.
-    pub frames: &'a [Frame],
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpinRange {
     /// The axis in the tool frame.
     pub axis: Vec3,
     /// Least and largest spin [rad], at most a turn apart.
     pub range: (f64, f64),
 }
 
-impl SpinRange<'_> {
-    /// The spin of a tool at a point, within half a turn of the middle of the range.
-    fn of(&self, point: usize, tool: &Frame) -> f64 {
-        let turned = tool.axes.map(|axis| self.frames[point].unrotate(axis));
-        let skew = [turned[1][2] - turned[2][1], turned[2][0] - turned[0][2], turned[0][1] - turned[1][0]];
-        let angle = dot(skew, self.axis).atan2(turned[0][0] + turned[1][1] + turned[2][2] - 1.0);
-        let middle = 0.5 * (self.range.0 + self.range.1);
-        angle - TAU * ((angle - middle) / TAU).round()
+impl PathProblem {
+    /// The problem of a whole path.
+    ///
+    /// # Errors
+    /// [`crate::error::Error`] if the path does not suit the task.
+    pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
+        let motion_alone = settings.criterion == Aim::Motion;
+        let frames = spin_frames(path, &task, settings.closed)?;
+        let steps = path.shares();
+        Ok(Self {
+            task,
+            targets: path.targets(&task)?.into(),
+            frames: frames.into(),
+            length: objective.as_ref().and_then(Objective::length).unwrap_or(1.0),
+            objective: objective.filter(|_| !motion_alone),
+            criterion: if settings.criterion == Aim::Minimax { Criterion::Minimax } else { Criterion::Integral },
+            smoothness: if motion_alone { Some(1.0) } else { settings.smoothness },
+            weights: point_weights(&steps, settings.closed).into(),
+            steps: steps.into(),
+            bounds: motion_bounds(&robot, path, settings.limits).into(),
+            timed: path.time().is_some(),
+            limits: settings.limits,
+            closed: settings.closed,
+            turns: None,
+            spin: task.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
+            robot,
+        })
     }
-}
 
-/// All that is known of one point.
-#[derive(Debug, Clone)]
-pub struct Point<const C: usize> {
-    /// Posture.
-    pub q: [f64; C],
-    /// Objective with derivatives.
-    pub objective: Evaluation<C>,
-    /// Orthonormal basis of the free motion.
-    pub basis: [[f64; C]; C],
-    pseudo_inverse: Rows6<C>,
-    jacobian: Jacobian<C>,
-    directions: Directions,
-    spin_axis: Vec3,
-}
-
-/// Brings every posture onto its target by Newton; tells of each whether it got there.
-pub fn onto_path<const C: usize>(robot: &Robot, task: &Task, targets: &[Target], length: f64, q: &mut [[f64; C]]) -> Vec<bool> {
-    let n = size::<C>(robot.n());
-    let one = |(q, target): (&mut [f64; C], &Target)| {
-        reach_sized::<C>(robot, None, task, target, length, &mut q[..n], ON_PATH, RETURN_ITERATIONS).error <= NEAR_PATH
-    };
-    if q.len() < PARALLEL {
-        q.iter_mut().zip(targets).map(one).collect()
-    } else {
-        q.par_iter_mut().zip(targets).with_min_len(16).map(one).collect()
-    }
-}
-
-impl PathProblem<'_> {
     /// Number of joints.
     pub fn n(&self) -> usize {
         self.robot.n()
+    }
+
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.targets.len()
     }
 
     /// Freedoms of a point.
@@ -118,107 +126,157 @@ impl PathProblem<'_> {
         self.n() - self.task.dimension()
     }
 
-    /// The pairs of neighbours: from, to.
+    /// The pairs of neighbours.
     pub fn edges(&self) -> usize {
-        self.targets.len() - usize::from(self.closed.is_none())
+        self.points() - usize::from(self.turns.is_none())
     }
 
-    /// Motion of a joint along an edge.
-    #[inline(always)]
-    pub fn motion<const C: usize>(&self, q: &[[f64; C]], edge: usize, joint: usize) -> f64 {
-        let next = edge + 1;
-        if next < q.len() {
-            q[next][joint] - q[edge][joint]
+    /// The problem of `count` points from `first` on, whose postures start as `q`; `turns` are those of a stretch that closes, whose last point
+    /// is left out.
+    pub(super) fn stretch(&self, first: usize, count: usize, turns: Option<Vec<f64>>, q: &[f64]) -> Self {
+        let n = self.n();
+        let kept = first..first + count - usize::from(turns.is_some());
+        let steps = &self.steps[first..first + count - 1];
+        let total = if steps.is_empty() { 1.0 } else { sum(steps) };
+        let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
+        Self {
+            targets: self.targets[kept.clone()].into(),
+            frames: self.frames[kept.clone()].into(),
+            smoothness: Some(self.weight_of_motion(self.values(q).into_iter())),
+            weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
+            steps: steps.into(),
+            bounds: self.bounds[first * n..(first + count - 1) * n].into(),
+            turns,
+            ..self.clone()
+        }
+    }
+
+    /// The problem of one point: the least value there.
+    pub(super) fn alone(&self, point: usize) -> Self {
+        Self {
+            targets: self.targets[point..=point].into(),
+            frames: self.frames[point..=point].into(),
+            criterion: Criterion::Integral,
+            smoothness: Some(0.0),
+            weights: [1.0].into(),
+            steps: [].into(),
+            bounds: [].into(),
+            turns: None,
+            ..self.clone()
+        }
+    }
+
+    /// The same problem with a largest motion of every joint from point to point [rad or m], beside the bounds that there are.
+    pub(super) fn with_step(&self, max_step: f64) -> Self {
+        Self { bounds: self.bounds.iter().map(|bound| bound.min(max_step)).collect(), ..self.clone() }
+    }
+
+    /// The same problem with any motion from point to point.
+    pub(super) fn without_steps(&self) -> Self {
+        Self { bounds: vec![f64::INFINITY; self.bounds.len()].into(), ..self.clone() }
+    }
+
+    /// Whether anything bounds the motion from point to point.
+    pub(super) fn is_bounded(&self) -> bool {
+        self.bounds.iter().any(|bound| bound.is_finite())
+    }
+
+    /// Whether what bounds the motion from point to point is a largest step, not the speed of joints.
+    pub(super) fn steps_only(&self) -> bool {
+        !self.timed && self.is_bounded()
+    }
+
+    /// The weight of the motion: as given, or next to nothing beside the values.
+    pub(super) fn weight_of_motion(&self, values: impl Iterator<Item = f64>) -> f64 {
+        let gentle = if self.criterion == Criterion::Minimax { GENTLE.0 } else { GENTLE.1 };
+        self.smoothness.unwrap_or_else(|| gentle * mean_size(values))
+    }
+
+    /// The weight of the motion in a problem that has one.
+    pub(super) fn smoothness(&self) -> f64 {
+        self.smoothness.unwrap_or(0.0)
+    }
+
+    /// The integral of the squared joint speed over the share of the path from point `first` on, along postures.
+    pub(super) fn motion_integral(&self, first: usize, q: &[f64]) -> f64 {
+        let n = self.n();
+        let steps = &self.steps[first..first + q.len() / n - 1];
+        let total = sum(steps);
+        let square = |i: usize| (0..n).map(|k| (q[(i + 1) * n + k] - q[i * n + k]).powi(2)).sum::<f64>();
+        steps.iter().enumerate().map(|(i, step)| square(i) * (total / step)).sum()
+    }
+
+    /// Values of the objective at postures; 0 without one.
+    pub(super) fn values(&self, q: &[f64]) -> Vec<f64> {
+        fn many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], values: &mut [f64]) {
+            objective.evaluate_many::<C>(robot, q, Order::Value, &mut Answers { values, gradients: &mut [], hessians: &mut [] });
+        }
+        let n = self.n();
+        let mut values = vec![0.0; q.len() / n];
+        if let Some(objective) = &self.objective {
+            let one = |(q, values): (&[f64], &mut [f64])| with_capacity!(n, many(objective, &self.robot, q, values));
+            if values.len() < PARALLEL {
+                one((q, &mut values));
+            } else {
+                q.par_chunks(CHUNK * n).zip(values.par_chunks_mut(CHUNK)).for_each(one);
+            }
+        }
+        values
+    }
+
+    /// Brings postures of the points from `first` on onto the path by Newton; tells of each whether it got there.
+    pub(super) fn restored(&self, first: usize, q: &mut [f64]) -> Vec<bool> {
+        fn one<const C: usize>(problem: &PathProblem, point: usize, q: &mut [f64]) -> bool {
+            problem.reach::<C>(point, q)
+        }
+        let n = self.n();
+        let restore = |(i, q): (usize, &mut [f64])| with_capacity!(n, one(self, first + i, q));
+        if q.len() < PARALLEL * n {
+            q.chunks_exact_mut(n).enumerate().map(restore).collect()
         } else {
-            q[0][joint] + self.closed.map_or(0.0, |turns| turns[joint]) - q[edge][joint]
+            q.par_chunks_exact_mut(n).enumerate().with_min_len(CHUNK).map(restore).collect()
         }
     }
 
-    /// The spin at a point; 0 where it has no range.
-    pub fn spin<const C: usize>(&self, point: usize, q: &[f64; C]) -> f64 {
+    /// Brings a posture onto a target; whether it got there.
+    pub(super) fn reach<const C: usize>(&self, point: usize, q: &mut [f64]) -> bool {
+        reach_sized::<C>(&self.robot, None, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+    }
+
+    /// The spin at a point, within half a turn of the middle of its range; 0 where it has none.
+    pub(super) fn spin<const C: usize>(&self, point: usize, q: &[f64; C]) -> f64 {
         let n = size::<C>(self.n());
-        self.spin.as_ref().map_or(0.0, |spin| spin.of(point, &forward::<C>(self.robot, &q[..n])))
+        self.spin.map_or(0.0, |spin| spin.of(&self.frames[point], &forward::<C>(&self.robot, &q[..n])))
     }
 
-    /// Brings every posture back onto its target; false where one does not get there.
-    pub fn restore<const C: usize>(&self, q: &mut [[f64; C]]) -> bool {
-        onto_path(self.robot, &self.task, self.targets, self.length, q).into_iter().all(|reached| reached)
-    }
-
-    /// Objective at every posture, with derivatives if asked for.
-    pub fn evaluate<const C: usize>(&self, q: &[[f64; C]], order: Order) -> Vec<Evaluation<C>> {
-        let n = size::<C>(self.n());
-        let one = |q: &[f64; C]| self.objective.map_or_else(Evaluation::zero, |o| o.evaluate::<C>(self.robot, &q[..n], order, false));
-        if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(16).map(one).collect() }
-    }
-
-    /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
-    pub fn points<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<C>>> {
-        if q.len() < PARALLEL {
-            q.iter().map(|q| self.point(q)).collect()
-        } else {
-            q.par_iter().with_min_len(16).map(|q| self.point(q)).collect()
-        }
-    }
-
-    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<C>> {
-        let n = size::<C>(self.n());
-        let (tool, columns) = jacobian::<C>(self.robot, &q[..n]);
-        let directions = self.task.directions(&tool, self.length);
-        let factors = Orthogonal::new(&directions.rows(&columns), n, self.task.dimension());
-        if factors.spread() < SINGULAR {
-            return None;
-        }
-        let objective = match self.objective {
-            Some(objective) => objective.evaluate_at(self.robot, &q[..n], &columns, Order::Hessian, false),
-            None => Evaluation::zero(),
+    /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
+    pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let error = |(tool, frame): (&Frame, &Frame)| {
+            let apart: [Vec3; 3] = std::array::from_fn(|i| sub(tool.axes[i], frame.axes[i]));
+            let chord = match self.task.spin_axis() {
+                Some(axis) => norm(Frame { axes: apart, origin: [0.0; 3] }.rotate(axis)),
+                None => apart.iter().map(|a| dot(*a, *a)).sum::<f64>().sqrt() / SQRT_2,
+            };
+            (norm(sub(tool.origin, frame.origin)), 2.0 * (0.5 * chord).min(1.0).asin())
         };
-        let finite = objective.gradient[..n].iter().chain(objective.hessian[..n].iter().flat_map(|row| &row[..n])).all(|x| x.is_finite());
-        finite.then(|| Point {
-            q: *q,
-            objective,
-            basis: factors.null_space(),
-            pseudo_inverse: factors.pseudo_inverse(),
-            jacobian: columns,
-            directions,
-            spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
-        })
+        tools(&self.robot, q).iter().zip(&self.frames[..]).map(error).unzip()
     }
 }
 
-impl<const C: usize> Point<C> {
-    /// How the spin changes with the joints.
-    pub fn spin_gradient(&self) -> [f64; C] {
-        self.jacobian.w.map(|w| dot(self.spin_axis, w))
+impl SpinRange {
+    /// The spin of a tool against a frame, within half a turn of the middle of the range.
+    fn of(&self, frame: &Frame, tool: &Frame) -> f64 {
+        nearest_turn(spin(frame, tool, self.axis), 0.5 * (self.range.0 + self.range.1))
     }
+}
 
-    /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point: lambda are the forces that
-    /// hold the posture on its target.
-    pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], n: usize, r: usize) -> [[f64; C]; C] {
-        let m = self.directions.dimension();
-        let mut lambda = [0.0; 6];
-        for i in 0..n {
-            for c in 0..m {
-                lambda[c] += self.pseudo_inverse[c][i] * gradient[i];
-            }
+/// The largest joint motions from each point to the next, n a step: infinite without times.
+fn motion_bounds(robot: &Robot, path: &Path, limits: bool) -> Vec<f64> {
+    match path.time().filter(|_| limits) {
+        None => vec![f64::INFINITY; (path.len() - 1) * robot.n()],
+        Some(time) => {
+            let speeds = &robot.limits().qd_max;
+            time.windows(2).flat_map(|pair| speeds.iter().map(move |speed| BELOW_SPEED * (pair[1] - pair[0]) * speed)).collect()
         }
-        let (force_w, force_v) = self.directions.expand(&lambda);
-        let mut out = [[0.0; C]; C];
-        for a in 0..r {
-            let z = &self.basis[a];
-            let rate = jacobian_rate(&self.jacobian, z);
-            for b in 0..r {
-                let y = &self.basis[b];
-                let mut sum = 0.0;
-                let mut bent = 0.0;
-                for i in 0..n {
-                    sum += y[i] * (0..n).map(|k| hessian[i][k] * z[k]).sum::<f64>();
-                    bent += y[i] * (dot(force_w, rate.w[i]) + dot(force_v, rate.v[i]));
-                }
-                out[a][b] += sum - 0.5 * bent;
-                out[b][a] -= 0.5 * bent;
-            }
-        }
-        out
     }
 }

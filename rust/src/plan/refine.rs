@@ -5,19 +5,38 @@ use super::constraints::{Common, Constraint, constraints};
 use super::graph::Criterion;
 use super::newton_system::{Direction, Model, moved, widening_weight};
 use super::problem::PathProblem;
-use crate::index::Order;
+use crate::with_capacity;
 
 /// The sum of slack times multiplier at the start and at the end, relative to what is minimised.
 const FIRST_GAP: f64 = 1e-2;
 const LAST_GAP: f64 = 1e-9;
 /// Factor by which the barrier's weight falls.
 const FALL: f64 = 0.04;
+/// Residual at which the barrier's weight falls, relative to the weight.
+const CENTRED: f64 = 10.0;
 /// Part of a slack that a step may not take.
 const KEPT: f64 = 0.005;
 /// Longest motion of a joint in one step [rad or m].
 const LONGEST: f64 = 0.4;
 /// Trial lengths of a step.
 const MAX_HALVINGS: usize = 20;
+/// Part of the slope that a step has to gain (Armijo).
+const DECREASE: f64 = 1e-4;
+/// Rounding of the barrier function, relative to its size.
+const ROUNDING: f64 = 1e-14;
+/// A step of the joints below this [rad or m] is none.
+const STILL: f64 = 1e-15;
+/// Least and largest multiplier, as a multiple of `mu / slack`.
+const LEAST_DUAL: f64 = 1e-8;
+const LARGEST_DUAL: f64 = 1e8;
+/// How far the ceiling starts above the worst value, relative to it, and the least size of a value for that.
+const HEADROOM: f64 = 1e-3;
+const LEAST_VALUE: f64 = 1e-3;
+/// Least scale of what is minimised, and least slope of a slack with the widening.
+const TINY: f64 = 1e-12;
+/// How far the limits are widened at the start beyond what is missing: as a factor, and beside it.
+const WIDER: f64 = 1.1;
+const WIDER_BY: f64 = 1e-6;
 /// Widening that is rounding.
 const NONE: f64 = 1e-7;
 
@@ -32,23 +51,21 @@ pub enum RefineStatus {
     Infeasible,
     /// Some point cannot be brought onto the path, or has no free motion.
     Singular,
+    /// The caller ended it.
+    Cancelled,
 }
 
 /// A refined path.
 #[derive(Debug, Clone)]
-pub struct Refined<const C: usize> {
-    /// Postures.
-    pub q: Vec<[f64; C]>,
+pub struct Refined {
+    /// Postures, n joints a row.
+    pub q: Vec<f64>,
     /// Values of the objective.
     pub values: Vec<f64>,
     /// What was minimised.
     pub cost: f64,
     /// Largest slope of the Lagrangian along a free motion.
     pub residual: f64,
-    /// Sum of slacks times multipliers.
-    pub gap: f64,
-    /// Newton steps.
-    pub iterations: usize,
     /// How it ended.
     pub status: RefineStatus,
     /// The constraint that resists most, when infeasible.
@@ -66,36 +83,50 @@ struct State<const C: usize> {
 
 /// The iteration.
 struct Solver<'a, const C: usize> {
-    problem: &'a PathProblem<'a>,
+    problem: &'a PathProblem,
     constraints: Vec<Constraint>,
     scale: f64,
 }
 
-/// Refines the postures `q`, one a point, each on or near its target.
-pub fn refine<const C: usize>(problem: &PathProblem<'_>, mut q: Vec<[f64; C]>, max_iterations: usize) -> Refined<C> {
+/// Refines the postures `q`, n joints a row and one row a point, each on or near its target. `cancelled` is asked before every step.
+pub fn refine(problem: &PathProblem, q: &[f64], max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
+    with_capacity!(problem.n(), refine_in(problem, q, max_iterations, cancelled))
+}
+
+fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
+    let n = problem.n();
+    let mut q: Vec<[f64; C]> = rows.chunks_exact(n).map(padded).collect();
     if !problem.restore(&mut q) {
-        return ended(problem, q, RefineStatus::Singular);
+        let values = problem.values_at(&q);
+        let (cost, residual, status) = (f64::NAN, f64::NAN, RefineStatus::Singular);
+        return Refined { q: flat(&q, n), values, cost, residual, status, tightest: None };
     }
-    let values: Vec<f64> = problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
+    let values = problem.values_at(&q);
     let worst = values.iter().fold(0.0f64, |m, v| m.max(*v));
-    let common = Common { ceiling: worst + 1e-3 * worst.abs().max(1e-3), widening: 0.0 };
+    let common = Common { ceiling: worst + HEADROOM * worst.abs().max(LEAST_VALUE), widening: 0.0 };
     let mut solver = Solver { problem, constraints: constraints(problem, false), scale: 1.0 };
     let mut state = State { q, values, common, slack: Vec::new(), dual: Vec::new() };
-    solver.scale = solver.cost(&state.q, &state.values, &state.common).abs().max(1e-12);
+    solver.scale = solver.cost(&state.q, &state.values, &state.common).abs().max(TINY);
     state.slack = solver.slacks(&state.q, &state.values, &state.common);
-    let least = state.slack.iter().zip(&solver.constraints).map(|(s, c)| s / c.widening_slope().max(1e-12)).fold(f64::INFINITY, f64::min);
+    let least = state.slack.iter().zip(&solver.constraints).map(|(s, c)| s / c.widening_slope().max(TINY)).fold(f64::INFINITY, f64::min);
     if least <= 0.0 {
         // Not within the limits: they are widened until it is, and the widening is what costs most.
         solver.constraints = constraints(problem, true);
-        state.common.widening = -1.1 * least + 1e-6;
+        state.common.widening = -WIDER * least + WIDER_BY;
         state.slack = solver.slacks(&state.q, &state.values, &state.common);
     }
-    solver.run(state, max_iterations)
+    solver.run(state, max_iterations, cancelled)
 }
 
-fn ended<const C: usize>(problem: &PathProblem<'_>, q: Vec<[f64; C]>, status: RefineStatus) -> Refined<C> {
-    let values = problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
-    Refined { q, values, cost: f64::NAN, residual: f64::NAN, gap: f64::NAN, iterations: 0, status, tightest: None }
+/// A posture in the capacity of the kernels.
+fn padded<const C: usize>(row: &[f64]) -> [f64; C] {
+    let mut q = [0.0; C];
+    q[..row.len()].copy_from_slice(row);
+    q
+}
+
+fn flat<const C: usize>(q: &[[f64; C]], n: usize) -> Vec<f64> {
+    q.iter().flat_map(|q| &q[..n]).copied().collect()
 }
 
 impl<const C: usize> Solver<'_, C> {
@@ -110,19 +141,19 @@ impl<const C: usize> Solver<'_, C> {
         for edge in 0..problem.edges() {
             motion += (0..problem.n()).map(|k| problem.motion(q, edge, k).powi(2)).sum::<f64>() / problem.steps[edge];
         }
-        let own = match (problem.objective, problem.criterion) {
+        let own = match (&problem.objective, problem.criterion) {
             (None, _) => 0.0,
             (_, Criterion::Minimax) => common.ceiling,
             (_, Criterion::Integral) => problem.weights.iter().zip(values).map(|(w, v)| w * v).sum(),
         };
-        own + problem.smoothness * motion + widening_weight(self.scale) * common.widening
+        own + problem.smoothness() * motion + widening_weight(self.scale) * common.widening
     }
 
     fn merit(&self, q: &[[f64; C]], values: &[f64], common: &Common, slack: &[f64], mu: f64) -> f64 {
         self.cost(q, values, common) - mu * slack.iter().map(|s| s.ln()).sum::<f64>()
     }
 
-    fn run(mut self, mut state: State<C>, max_iterations: usize) -> Refined<C> {
+    fn run(mut self, mut state: State<C>, max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
         let count = self.constraints.len().max(1) as f64;
         let (mut mu, last) = (FIRST_GAP * self.scale / count, LAST_GAP * self.scale / count);
         if self.constraints.is_empty() {
@@ -133,14 +164,18 @@ impl<const C: usize> Solver<'_, C> {
         let mut out = (f64::NAN, RefineStatus::Stopped);
         let mut iterations = 0;
         while iterations < max_iterations {
-            let Some(points) = self.problem.points(&state.q) else {
+            if cancelled() {
+                out.1 = RefineStatus::Cancelled;
+                break;
+            }
+            let Some(points) = self.problem.points_at(&state.q) else {
                 out.1 = RefineStatus::Singular;
                 break;
             };
             let model = Model::new(self.problem, &points, &self.constraints, &state.slack, &state.dual, mu, self.scale);
             out.0 = model.residual(&points, n, r);
             let complementarity = state.slack.iter().zip(&state.dual).map(|(s, y)| (s * y - mu).abs()).fold(0.0, f64::max);
-            if out.0.max(complementarity) <= 10.0 * mu {
+            if out.0.max(complementarity) <= CENTRED * mu {
                 if mu <= last {
                     out.1 = RefineStatus::Converged;
                     break;
@@ -160,7 +195,7 @@ impl<const C: usize> Solver<'_, C> {
             }
             self.drop_widening(&mut state);
         }
-        self.finish(state, out, iterations)
+        self.finish(state, out)
     }
 
     /// Takes the longest of the step, its half, ... that stays within everything and lowers the barrier function.
@@ -173,7 +208,7 @@ impl<const C: usize> Solver<'_, C> {
                 alpha = alpha.min((1.0 - KEPT) * s / -ds);
             }
         }
-        let rounding = 1e-14 * (before.abs() + self.scale);
+        let rounding = ROUNDING * (before.abs() + self.scale);
         for _ in 0..MAX_HALVINGS {
             let mut q = state.q.clone();
             for (q, dq) in q.iter_mut().zip(&step.dq) {
@@ -182,15 +217,15 @@ impl<const C: usize> Solver<'_, C> {
                 }
             }
             if self.problem.restore(&mut q) {
-                let values: Vec<f64> = self.problem.evaluate(&q, Order::Value).iter().map(|e| e.value).collect();
+                let values = self.problem.values_at(&q);
                 let common = moved(&state.common, &step.common, alpha);
                 let slack = self.slacks(&q, &values, &common);
                 if slack.iter().all(|s| *s > 0.0)
-                    && self.merit(&q, &values, &common, &slack, mu) <= before + 1e-4 * alpha * step.slope + rounding
+                    && self.merit(&q, &values, &common, &slack, mu) <= before + DECREASE * alpha * step.slope + rounding
                 {
                     self.update_duals(state, step, &slack, mu);
                     *state = State { q, values, common, slack, dual: std::mem::take(&mut state.dual) };
-                    return longest * alpha > 1e-15 || alpha * step.common[0].abs() > 0.0;
+                    return longest * alpha > STILL || alpha * step.common[0].abs() > 0.0;
                 }
             }
             alpha *= 0.5;
@@ -208,7 +243,7 @@ impl<const C: usize> Solver<'_, C> {
             }
         }
         for ((y, dy), s) in state.dual.iter_mut().zip(&change).zip(slack) {
-            *y = (*y + alpha * dy).clamp(1e-8 * mu / s, 1e8 * mu / s);
+            *y = (*y + alpha * dy).clamp(LEAST_DUAL * mu / s, LARGEST_DUAL * mu / s);
         }
     }
 
@@ -227,7 +262,7 @@ impl<const C: usize> Solver<'_, C> {
         }
     }
 
-    fn finish(self, state: State<C>, (residual, status): (f64, RefineStatus), iterations: usize) -> Refined<C> {
+    fn finish(self, state: State<C>, (residual, status): (f64, RefineStatus)) -> Refined {
         let beyond = state.common.widening > NONE;
         let tightest = beyond
             .then(|| {
@@ -237,12 +272,10 @@ impl<const C: usize> Solver<'_, C> {
             .flatten();
         Refined {
             cost: self.cost(&state.q, &state.values, &Common { widening: 0.0, ..state.common }),
-            gap: state.slack.iter().zip(&state.dual).map(|(s, y)| s * y).sum(),
-            q: state.q,
+            q: flat(&state.q, self.problem.n()),
             values: state.values,
             residual,
-            iterations,
-            status: if beyond { RefineStatus::Infeasible } else { status },
+            status: if beyond && status != RefineStatus::Cancelled { RefineStatus::Infeasible } else { status },
             tightest,
         }
     }

@@ -1,7 +1,9 @@
-//! A route whose joints stay within their limits however often they turn, and that closes where the path does.
+//! Routes whose joints stay within their limits however often they turn, and that close where the path does.
 
-use super::closed::closed_route;
-use super::graph::{Blockage, Graph, Search};
+use std::borrow::Cow;
+
+use super::closed::ClosedRoutes;
+use super::graph::{Blockage, Graph, Route, Search};
 use super::turns::{unwind, within_limits};
 use crate::robot::Limits;
 
@@ -18,38 +20,95 @@ pub struct FoundRoute {
     pub blockage: Option<Blockage>,
 }
 
-impl FoundRoute {
-    fn none() -> Self {
-        Self { q: Vec::new(), cells: Vec::new(), cost: f64::INFINITY, blockage: None }
+/// The best routes through a graph, for one slack or another: what does not hang on the slack is searched once. Whole turns are left out of the
+/// search at first: only joints whose best path does not fit within their limits are searched with them.
+#[derive(Debug)]
+pub(super) struct RouteFinder<'a> {
+    search: Search,
+    limits: Option<&'a Limits>,
+    closed: bool,
+    /// The graph as given, and with the turns of some joints.
+    graphs: Vec<Searched<'a>>,
+}
+
+/// A graph, and what is known of its routes whatever the slack.
+#[derive(Debug)]
+struct Searched<'a> {
+    graph: Cow<'a, Graph>,
+    /// From which graph it came by which joint's turns.
+    from: Option<(usize, usize)>,
+    best: Option<Route>,
+    closed: ClosedRoutes,
+}
+
+impl<'a> Searched<'a> {
+    fn new(graph: Cow<'a, Graph>, from: Option<(usize, usize)>) -> Self {
+        Self { graph, from, best: None, closed: ClosedRoutes::default() }
+    }
+
+    fn route(&mut self, search: &Search, closed: bool) -> Route {
+        let best = self.best.get_or_insert_with(|| self.graph.sweep(search, None, None));
+        let open = self.graph.smoothed(search, best);
+        if closed { self.closed.route(&self.graph, search, open) } else { open }
     }
 }
 
-/// The best route from the first layer on, through all layers or as far as there is a way. Whole turns are left out of the search at first:
-/// only joints whose best path does not fit within their limits are searched with them.
-pub fn find_route(graph: &Graph, search: &Search, limits: Option<&Limits>, closed: bool) -> FoundRoute {
-    let mut graph = std::borrow::Cow::Borrowed(graph);
-    let copies = graph.copies;
-    loop {
-        let route = if closed { closed_route(&graph, search) } else { graph.route(search, 0, None) };
-        let reached = route.cells.len();
-        if reached == 0 {
-            return FoundRoute::none();
-        }
-        let n = graph.n;
-        let mut q: Vec<f64> = route.cells.iter().enumerate().flat_map(|(layer, &cell)| graph.posture(layer, cell)).copied().collect();
-        unwind(&mut q, n, &graph.wide);
-        let blockage = (reached < graph.layers()).then(|| graph.blockage(search, reached, &route.frontier)).flatten();
-        // Without limits nothing holds a joint near 0 but this.
-        let fitted = within_limits(&mut q, n, &graph.wide, limits.unwrap_or(&Limits::none(n)));
-        match (fitted, limits) {
-            (Err(joint), Some(limits)) => {
-                graph = std::borrow::Cow::Owned(graph.with_turns(joint, limits.q_min[joint], limits.q_max[joint]));
+impl<'a> RouteFinder<'a> {
+    /// For one graph and one way to search it.
+    pub fn new(graph: impl Into<Cow<'a, Graph>>, search: Search, limits: Option<&'a Limits>, closed: bool) -> Self {
+        Self { search, limits, closed, graphs: vec![Searched::new(graph.into(), None)] }
+    }
+
+    /// The best route for a slack, through all layers or as far as there is a way.
+    pub fn find(&mut self, slack: f64) -> FoundRoute {
+        let search = Search { slack, ..self.search };
+        let mut at = 0;
+        loop {
+            let route = self.graphs[at].route(&search, self.closed);
+            let graph = &self.graphs[at].graph;
+            let (n, reached) = (graph.n, route.cells.len());
+            if reached == 0 {
+                return FoundRoute { q: Vec::new(), cells: Vec::new(), cost: f64::INFINITY, blockage: None };
             }
-            _ => {
-                let copies = graph.copies / copies;
-                let cells = route.cells.iter().map(|cell| cell / copies).collect();
-                return FoundRoute { q, cells, cost: route.cost, blockage };
+            let mut q: Vec<f64> = route.cells.iter().enumerate().flat_map(|(layer, &cell)| graph.posture(layer, cell)).copied().collect();
+            unwind(&mut q, n, &graph.wide);
+            let blockage = (reached < graph.layers()).then(|| graph.blockage(&search, reached, &route.frontier)).flatten();
+            // Without limits nothing holds a joint near 0 but this.
+            let fitted = within_limits(&mut q, n, &graph.wide, self.limits.unwrap_or(&Limits::none(n)));
+            match (fitted, self.limits) {
+                (Err(joint), Some(limits)) => at = self.turned(at, joint, limits),
+                _ => {
+                    let copies = graph.copies / self.graphs[0].graph.copies;
+                    let cells = route.cells.iter().map(|cell| cell / copies).collect();
+                    return FoundRoute { q, cells, cost: route.cost, blockage };
+                }
             }
         }
     }
+
+    /// A graph with the turns of one joint more.
+    fn turned(&mut self, from: usize, joint: usize, limits: &Limits) -> usize {
+        self.graphs.iter().position(|known| known.from == Some((from, joint))).unwrap_or_else(|| {
+            let graph = self.graphs[from].graph.with_turns(joint, limits.q_min[joint], limits.q_max[joint]);
+            self.graphs.push(Searched::new(Cow::Owned(graph), Some((from, joint))));
+            self.graphs.len() - 1
+        })
+    }
+}
+
+impl From<Graph> for Cow<'_, Graph> {
+    fn from(graph: Graph) -> Self {
+        Cow::Owned(graph)
+    }
+}
+
+impl<'a> From<&'a Graph> for Cow<'a, Graph> {
+    fn from(graph: &'a Graph) -> Self {
+        Cow::Borrowed(graph)
+    }
+}
+
+/// The best route through a graph, through all layers or as far as there is a way.
+pub fn find_route(graph: &Graph, search: &Search, limits: Option<&Limits>, closed: bool) -> FoundRoute {
+    RouteFinder::new(graph, *search, limits, closed).find(search.slack)
 }

@@ -66,6 +66,16 @@ impl Task {
         }
     }
 
+    /// "axisymmetric", "full" or "position", or "general" for the other projectors.
+    pub fn kind(&self) -> &'static str {
+        match (self.angular, self.linear) {
+            (Projector::All, Projector::All) => "full",
+            (Projector::None, Projector::All) => "position",
+            _ if self.spin_axis().is_some() => "axisymmetric",
+            _ => "general",
+        }
+    }
+
     /// Number of components of the twist that matter.
     #[inline(always)]
     pub fn dimension(&self) -> usize {

@@ -1,4 +1,9 @@
 //! Maps and plans of whole paths.
 
+pub mod failure;
+pub mod frames;
 pub mod map;
-pub mod refine;
+pub mod path;
+pub mod planner;
+pub mod predicate;
+pub mod settings;

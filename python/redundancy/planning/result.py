@@ -4,41 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._core import Objective
-from ._path_frames import point_weights, shares
-from .paths import Trajectory
-
-
-@dataclass(frozen=True)
-class PlanFailure:
-    """Why a plan is not whole.
-
-    Attributes
-    ----------
-    point : int
-        First point that is not reached as it should be, counted from 0.
-    cause : str
-        "unreachable", "joint limit", "singular", "predicate", "speed limit", "step limit", "spin range", "no way" (the
-        point has postures, but no branch leads there from the points before) or "not closed".
-    joint : int or None
-        The joint in the way, counted from 0, for the limits of joints.
-    excess : float
-        How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it
-        would need; NaN where neither is meant.
-    """
-
-    point: int
-    cause: str
-    joint: int | None = None
-    excess: float = float("nan")
-
-    def __str__(self) -> str:
-        where = f"point {self.point}: {self.cause}"
-        if self.cause == "joint limit" and self.joint is not None:
-            return f"{where} of joint {self.joint + 1}, by about {self.excess:.3g}"
-        if self.cause in ("speed limit", "step limit") and self.joint is not None:
-            return f"{where} of joint {self.joint + 1}, {self.excess:.3g} times it needed"
-        return where
+from .._core import Objective, PlanFailure
+from ..paths import Trajectory
+from .numbers import core_path
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,4 +60,4 @@ class Plan(Trajectory):
         """How far the plan can be from the best there is: worst (or mean) value less the bound."""
         if self.criterion == "minimax":
             return float(np.nanmax(self.value, initial=-np.inf) - self.bound)
-        return float(point_weights(shares(self.path), False) @ self.value - self.bound)
+        return float(core_path(self.path).weights @ self.value - self.bound)

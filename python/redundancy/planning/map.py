@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import Lattice, Objective, Robot, Task
-from ._path_frames import spin_frames
-from ._spare import angle_grid, spare_grid
-from ._util import F64, progress_bar
-from .errors import InvalidValueError
-from .paths import Toolpath, Trajectory
-from .plots import BY_BADNESS, CAUSES
+from .._core import Lattice, Objective, Robot, Task, angle_grid, spare_grid
+from .._util import F64, progress_bar
+from ..errors import InvalidValueError
+from ..paths import Toolpath, Trajectory
+from ..plots import BY_BADNESS, CAUSES
+from .numbers import core_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,7 +136,7 @@ class RedundancyMap:
         ImportError
             If matplotlib is not installed.
         """
-        from . import plots
+        from .. import plots
 
         self._check_spin()
         value, cause, angles = self.planes()
@@ -170,8 +169,8 @@ class RedundancyMap:
         OSError
             If the file cannot be written.
         """
-        from .plots import MapLine
-        from .plots.map_page import write_map_html
+        from ..plots import MapLine
+        from ..plots.map_page import write_map_html
 
         self._check_spin()
         value, cause, angles = self.planes()
@@ -190,24 +189,7 @@ class RedundancyMap:
 
     def spin_of(self, trajectory: Trajectory) -> F64:
         """Return the spin of a trajectory along the map's path [rad], shape (N,), from -pi to pi."""
-        frames = spin_frames(self.path, self.task, False)
-        tools = self.robot.fk(trajectory.q)[:, :3, :3]
-        return spins(frames[:, :3, :3], tools, self.task.axis)
-
-
-def spins(frames: F64, tools: F64, axis: F64) -> F64:
-    """Return the angles about the tool's axis from frames to tools, both (N, 3, 3), from -pi to pi."""
-    relative = frames.transpose(0, 2, 1) @ tools
-    skew = np.stack(
-        [
-            relative[:, 2, 1] - relative[:, 1, 2],
-            relative[:, 0, 2] - relative[:, 2, 0],
-            relative[:, 1, 0] - relative[:, 0, 1],
-        ],
-        axis=1,
-    )
-    angle: F64 = np.arctan2(skew @ axis, np.trace(relative, axis1=1, axis2=2) - 1.0)
-    return angle
+        return core_path(self.path).spins(self.robot, self.task, trajectory.q)
 
 
 def redundancy_map(
@@ -277,7 +259,7 @@ def redundancy_map(
     ((5, 24, 8), True)
     """
     task = Task.axisymmetric() if task is None else task
-    frames = spin_frames(path, task, False)
+    frames = core_path(path).frames(task)
     angles = angle_grid(task, n_angles, spin_range)
     chosen, values = spare_grid(robot, spare, n_spare)
     lattice = Lattice(robot, frames, task.axis, angles, list(chosen), values, objective, limits)
@@ -288,43 +270,9 @@ def redundancy_map(
         for first in range(0, len(path), chunk):
             part = slice(first, min(first + chunk, len(path)))
             count = part.stop - part.start
-            if feasible is None:
-                cells, causes = lattice.survey(first, count)
-            else:
-                q, cells, causes = lattice.postures(first, count)
-                apply_predicate(feasible, q, cells, causes)
+            cells, causes = lattice.survey(first, count, feasible)
             value[part], cause[part] = cells.reshape(count, *shape[1:]), causes.reshape(count, *shape[1:])
             advance(count)
     if len(values) == 1:
         value, cause = value[:, 0], cause[:, 0]
-    return RedundancyMap(robot, path, task, objective, angles, value, cause, lattice.named, chosen, values)
-
-
-def apply_predicate(feasible: Predicate, q: F64, value: F64, cause: NDArray[np.uint8]) -> None:
-    """Take out, in place, what the user's predicate refuses.
-
-    Parameters
-    ----------
-    feasible : callable
-        The predicate.
-    q : ndarray, shape (M, cells, n)
-        Postures.
-    value, cause : ndarray, shape (M, cells)
-        Changed.
-
-    Raises
-    ------
-    InvalidValueError
-        If the predicate does not answer one truth value a posture.
-    """
-    asked = cause == 0
-    postures = q[asked]
-    if not len(postures):
-        return
-    answer = np.asarray(feasible(postures))
-    if answer.shape != (len(postures),) or answer.dtype != np.bool_:
-        got = f"{answer.dtype} of shape {answer.shape}"
-        raise InvalidValueError(f"feasible returned {got}, expected bool of shape ({len(postures)},)")
-    cells = tuple(axis[~answer] for axis in np.nonzero(asked))
-    cause[cells] = CAUSES.index("predicate")
-    value[cells] = np.nan
+    return RedundancyMap(robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values)

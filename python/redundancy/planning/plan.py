@@ -1,30 +1,15 @@
 """The best spin over a whole path: a search over all spins and branches, then the continuous optimum."""
 
-from dataclasses import replace
-from typing import Final
-
 import numpy as np
 
-from ._core import Objective, Robot, Task
-from ._layers import Layers, SearchSettings
-from ._plan_bound import is_proven, with_bound
-from ._plan_refine import better_parts, from_warm_start
-from ._plan_result import Plan, PlanFailure
-from ._plan_search import searched_parts
-from ._plan_setup import Setup
-from ._plan_verdict import assembled
-from ._spare import angle_grid, spare_grid
-from ._util import progress_bar
-from .errors import InvalidValueError
-from .maps import Predicate
-from .paths import Toolpath, Trajectory
-
-__all__ = ["Plan", "PlanFailure", "plan"]
-
-_CRITERIA: Final = ("minimax", "integral", "motion")
-_EFFORT: Final = 4
-_JUMP: Final = 0.5
-"""A joint that moves further from point to point [rad or m] jumps, where the path leaves it another way."""
+from .. import _core
+from .._core import ConditionNumber, Objective, PlanSettings, Robot, Task
+from .._rows import rows_in_use
+from .._util import progress_bar
+from ..paths import Toolpath, Trajectory
+from .map import Predicate
+from .numbers import core_path
+from .result import Plan
 
 
 def plan(
@@ -137,65 +122,79 @@ def plan(
     >>> best.max_condition_number < 2.55, best.gap < 1e-4
     (True, True)
     """
-    task = Task.axisymmetric() if task is None else task
-    _check(objective, criterion, smoothness, layers, effort, max_spin_step, max_step, max_iterations)
-    setup = Setup.of(robot, path, task, objective, criterion, smoothness, limits, closed, spin_range, max_iterations)
-    chosen, values = spare_grid(robot, spare, n_spare)
-    if effort is None:
-        # Motion is known between points, and grids with joints to spare are large.
-        effort = 1 if criterion == "motion" or chosen else _EFFORT
-    angles = angle_grid(task, n_angles, spin_range)
-    settings = SearchSettings(
-        angles, spin_range is None, max_spin_step, chosen, values, branches, branch_changes, feasible
+    settings = PlanSettings(
+        criterion,
+        limits,
+        smoothness=smoothness,
+        n_angles=n_angles,
+        layers=layers,
+        spin_range=spin_range,
+        max_spin_step=max_spin_step,
+        max_step=max_step,
+        spare=spare,
+        n_spare=n_spare,
+        branches=branches,
+        branch_changes=branch_changes,
+        closed=closed,
+        bound=bound,
+        effort=effort,
+        max_iterations=max_iterations,
     )
-    wanted = criterion == "minimax" if bound is None else bound
+    return plan_by(settings, robot, path, task, objective, feasible=feasible, warm_start=warm_start, progress=progress)
+
+
+def plan_by(
+    settings: PlanSettings,
+    robot: Robot,
+    path: Toolpath,
+    task: Task | None = None,
+    objective: Objective | None = None,
+    *,
+    feasible: Predicate | None = None,
+    warm_start: Trajectory | None = None,
+    progress: bool = True,
+) -> Plan:
+    """Plan the free motion of a robot along a whole path by settings that are made already.
+
+    Parameters
+    ----------
+    settings : PlanSettings
+        How it is planned.
+    robot, path, task, objective, feasible, warm_start, progress
+        As for `plan`.
+
+    Returns
+    -------
+    Plan
+        As for `plan`.
+
+    Raises
+    ------
+    InvalidValueError
+        If the task, the robot or the path is none that can be planned for.
+    """
+    task = Task.axisymmetric() if task is None else task
+    earlier = None if warm_start is None else (core_path(warm_start.path), warm_start.q)
     with progress_bar(len(path), "planning", progress) as advance:
-
-        def planned(setup: Setup) -> Plan:
-            known = Layers(setup, settings)
-            parts = from_warm_start(setup, feasible, warm_start)
-            for search in () if parts else range(effort):
-                finer = angle_grid(task, n_angles * 2 ** max(search - 1, 0), spin_range)
-                known = Layers(setup, replace(settings, angles=finer))
-                searched = searched_parts(setup, known, feasible, known.most_layers() if search else layers, advance)
-                parts = better_parts(setup, parts, searched)
-                if is_proven(setup, known, parts):
-                    break
-            result = assembled(setup, known, parts)
-            return with_bound(setup, known, result, advance) if wanted else result
-
-        result = planned(setup if max_step is None else setup.with_step(max_step))
-        if max_step is None and path.time is None and result.failure is None and _largest_step(result) > _JUMP:
-            # A jump is no way along the path, unless the path itself asks for it.
-            steady = planned(setup.with_step(_JUMP))
-            result = result if steady.failure is not None else steady
-    return result
-
-
-def _largest_step(result: Plan) -> float:
-    return float(np.abs(np.diff(result.q, axis=0)).max(initial=0.0))
-
-
-def _check(
-    objective: Objective | None,
-    criterion: str,
-    smoothness: float | None,
-    layers: int,
-    effort: int | None,
-    max_spin_step: float,
-    max_step: float | None,
-    max_iterations: int,
-) -> None:
-    if criterion not in _CRITERIA:
-        raise InvalidValueError(f"criterion is {criterion!r}, expected one of {', '.join(map(repr, _CRITERIA))}")
-    if criterion != "motion" and objective is None:
-        raise InvalidValueError(f"objective is None, expected an objective for the criterion {criterion!r}")
-    for name, number in (("layers", layers), ("effort", effort), ("max_iterations", max_iterations)):
-        if number is not None and number < 1:
-            raise InvalidValueError(f"{name} is {number}, expected at least 1")
-    if smoothness is not None and not 0.0 <= smoothness < np.inf:
-        raise InvalidValueError(f"smoothness is {smoothness}, expected a finite number of at least 0")
-    if not 0.0 < max_spin_step <= np.pi:
-        raise InvalidValueError(f"max_spin_step is {max_spin_step}, expected an angle above 0, at most pi [rad]")
-    if max_step is not None and not max_step > 0.0:
-        raise InvalidValueError(f"max_step is {max_step}, expected a number above 0")
+        found = _core.plan_path(robot, core_path(path), task, objective, settings, feasible, earlier, advance)
+    index = ConditionNumber(found.length, rows=rows_in_use(robot))
+    return Plan(
+        robot=robot,
+        path=path,
+        q=found.q,
+        condition_number=index.evaluate_many(robot, found.q, 0)[0],
+        value=found.value,
+        position_error=found.position_error,
+        axis_error=found.axis_error,
+        status=found.status,
+        length=found.length,
+        objective=None if settings.criterion == "motion" else objective,
+        criterion=settings.criterion,
+        smoothness=found.smoothness,
+        cost=found.cost,
+        motion=found.motion,
+        bound=found.bound,
+        residual=found.residual,
+        failure=found.failure,
+        refined=found.refined,
+    )

@@ -1,0 +1,19 @@
+"""A path as a whole: plans and redundancy maps."""
+
+from .._core import PlanFailure, PlanSettings
+from .map import Predicate, RedundancyMap, redundancy_map
+from .numbers import core_path
+from .plan import plan, plan_by
+from .result import Plan
+
+__all__ = [
+    "Plan",
+    "PlanFailure",
+    "PlanSettings",
+    "Predicate",
+    "RedundancyMap",
+    "core_path",
+    "plan",
+    "plan_by",
+    "redundancy_map",
+]

@@ -1,0 +1,82 @@
+//! `redundancy.PlanFailure`.
+
+use pyo3::prelude::*;
+use redundancy::error::Error;
+use redundancy::plan::{FailedJoint, FailureCause, PlanFailure};
+
+use crate::errors::PyResult;
+
+/// Why a plan is not whole.
+///
+/// Attributes
+/// ----------
+/// point : int
+///     First point that is not reached as it should be, counted from 0.
+/// cause : str
+///     "unreachable", "joint limit", "singular", "predicate", "speed limit", "step limit", "spin range", "no way" (the point has postures, but
+///     no branch leads there from the points before) or "not closed".
+/// joint : int or None
+///     The joint in the way, counted from 0, for the limits of joints.
+/// excess : float
+///     How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it would need; NaN where
+///     neither is meant.
+#[pyclass(name = "PlanFailure", frozen, eq, module = "redundancy._core")]
+#[derive(PartialEq)]
+pub struct PyPlanFailure {
+    failure: PlanFailure,
+}
+
+impl From<PlanFailure> for PyPlanFailure {
+    fn from(failure: PlanFailure) -> Self {
+        Self { failure }
+    }
+}
+
+#[pymethods]
+impl PyPlanFailure {
+    #[new]
+    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false))]
+    fn new(point: usize, cause: &str, joint: Option<usize>, excess: f64, slides: bool) -> PyResult<Self> {
+        let known = FailureCause::ALL.into_iter().find(|known| known.name() == cause);
+        let names = || FailureCause::ALL.map(|cause| format!("'{}'", cause.name())).join(", ");
+        let cause = known.ok_or_else(|| Error::value("cause", format!("'{cause}'"), &format!("one of {}", names())))?;
+        Ok(PlanFailure { point, cause, joint: joint.map(|number| FailedJoint { number, slides, excess }) }.into())
+    }
+
+    /// First point that is not reached as it should be, counted from 0.
+    #[getter]
+    fn point(&self) -> usize {
+        self.failure.point
+    }
+
+    /// What is in the way.
+    #[getter]
+    fn cause(&self) -> &'static str {
+        self.failure.cause.name()
+    }
+
+    /// The joint in the way, counted from 0; None where none is.
+    #[getter]
+    fn joint(&self) -> Option<usize> {
+        self.failure.joint.map(|joint| joint.number)
+    }
+
+    /// How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it would need.
+    #[getter]
+    fn excess(&self) -> f64 {
+        self.failure.joint.map_or(f64::NAN, |joint| joint.excess)
+    }
+
+    fn __str__(&self) -> String {
+        self.failure.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("PlanFailure({})", self.failure)
+    }
+
+    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool) {
+        let slides = self.failure.joint.is_some_and(|joint| joint.slides);
+        (self.point(), self.cause(), self.joint(), self.excess(), slides)
+    }
+}

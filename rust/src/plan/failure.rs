@@ -1,0 +1,115 @@
+//! Why a plan is not whole.
+
+use std::fmt;
+
+use super::numbers::three_digits;
+
+/// What is in the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FailureCause {
+    /// No posture reaches the point.
+    Unreachable,
+    /// A joint would be beyond its position limit.
+    JointLimit,
+    /// The objective is not finite there.
+    Singular,
+    /// The user's own reason.
+    Predicate,
+    /// A joint would have to move faster than it can.
+    SpeedLimit,
+    /// A joint would have to move further from point to point than it may.
+    StepLimit,
+    /// The tool would have to spin beyond its range.
+    SpinRange,
+    /// The point has postures, but no branch leads there from the points before.
+    NoWay,
+    /// The last posture is not the first one.
+    NotClosed,
+}
+
+impl FailureCause {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Unreachable,
+        Self::JointLimit,
+        Self::Singular,
+        Self::Predicate,
+        Self::SpeedLimit,
+        Self::StepLimit,
+        Self::SpinRange,
+        Self::NoWay,
+        Self::NotClosed,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unreachable => "unreachable",
+            Self::JointLimit => "joint limit",
+            Self::Singular => "singular",
+            Self::Predicate => "predicate",
+            Self::SpeedLimit => "speed limit",
+            Self::StepLimit => "step limit",
+            Self::SpinRange => "spin range",
+            Self::NoWay => "no way",
+            Self::NotClosed => "not closed",
+        }
+    }
+
+    /// What its name leaves open.
+    fn detail(self) -> &'static str {
+        match self {
+            Self::NoWay => "; it has postures, but no branch leads there from the points before",
+            Self::SpinRange => "; no spin within it leads along the path there",
+            Self::NotClosed => "; its posture is not that of the first point",
+            _ => "",
+        }
+    }
+}
+
+/// Why a plan is not whole; shown in the units that people read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanFailure {
+    /// First point that is not reached as it should be, counted from 0.
+    pub point: usize,
+    /// What is in the way.
+    pub cause: FailureCause,
+    /// The joint in the way, for limits of joints.
+    pub joint: Option<FailedJoint>,
+}
+
+/// The joint that keeps a plan from being whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FailedJoint {
+    /// Its number, counted from 0.
+    pub number: usize,
+    /// Whether it slides.
+    pub slides: bool,
+    /// How far beyond its limit it would have to go [rad or m], or how many times its speed or step limit it would need.
+    pub excess: f64,
+}
+
+impl PlanFailure {
+    /// One without a joint in the way.
+    pub(super) fn at(point: usize, cause: FailureCause) -> Self {
+        Self { point, cause, joint: None }
+    }
+}
+
+impl fmt::Display for PlanFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "point {}: {}", self.point, self.cause.name())?;
+        let Some(joint) = self.joint else { return f.write_str(self.cause.detail()) };
+        write!(f, " of joint {}", joint.number + 1)?;
+        if !joint.excess.is_finite() {
+            return Ok(());
+        }
+        match self.cause {
+            FailureCause::SpeedLimit | FailureCause::StepLimit => {
+                write!(f, ", {} times it would be needed", three_digits(joint.excess))
+            }
+            _ if joint.slides => write!(f, ", which would have to go about {} mm beyond it", three_digits(1000.0 * joint.excess)),
+            _ => write!(f, ", which would have to go about {} deg beyond it", three_digits(joint.excess.to_degrees())),
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Grids of the spin and of the joints that a robot has to spare.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use super::numbers::{half_open, linspace, shown};
+use crate::error::{Error, Result};
+use crate::inverse::{Inverse, Structure};
+use crate::robot::{Joint, Robot};
+use crate::task::Task;
+
+/// Joints that an arm needs to reach a frame.
+const MOVING: usize = 6;
+/// How far from its limits a spare joint's grid begins, relative to its range.
+const EDGE: f64 = 1e-3;
+/// Where a joint is held to look at the geometry of the rest [rad or m]: any place will do but a multiple of a right angle, where axes of other
+/// places happen to meet.
+const ANYWHERE: f64 = 0.37;
+
+/// The spins of a grid [rad]: from -pi over a whole turn, from end to end of a range, or 0 for a task that fixes the orientation.
+///
+/// # Errors
+/// [`Error::Value`] if there is not at least one angle, or the range is not one.
+pub fn angle_grid(task: &Task, n_angles: usize, spin_range: Option<(f64, f64)>) -> Result<Vec<f64>> {
+    if task.kind() == "full" {
+        return Ok(vec![0.0]);
+    }
+    if n_angles < 1 {
+        return Err(Error::value("n_angles", n_angles, "at least 1"));
+    }
+    let Some((low, high)) = spin_range else { return Ok(half_open(-PI, PI, n_angles)) };
+    if !(low.is_finite() && high.is_finite() && low < high && high <= low + 2.0 * PI) {
+        let given = format!("({}, {})", shown(low), shown(high));
+        return Err(Error::value("spin_range", given, "two increasing angles at most a turn apart [rad]"));
+    }
+    Ok(if n_angles > 1 { linspace(low, high, n_angles) } else { vec![0.5 * (low + high)] })
+}
+
+/// Joints that are held on a grid, counted from 0, and every combination of their values [rad or m], one a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpareGrid {
+    /// The joints.
+    pub joints: Vec<usize>,
+    /// Their values; one row, an empty one, without joints.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl SpareGrid {
+    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide and those without which the rest has a
+    /// closed form.
+    ///
+    /// # Errors
+    /// [`Error::Value`] if six revolute joints are not what is left, or a joint slides without limits.
+    pub fn new(robot: &Robot, spare: Option<&[usize]>, n_spare: usize) -> Result<Self> {
+        let joints = spare.map_or_else(|| choice(robot), |spare| Ok(spare.to_vec()))?;
+        if n_spare < 1 {
+            return Err(Error::value("n_spare", n_spare, "at least 1"));
+        }
+        let letters = robot.joint_letters();
+        let left: String = letters.chars().enumerate().filter(|(i, _)| !joints.contains(i)).map(|(_, letter)| letter).collect();
+        if left != "R".repeat(MOVING) || joints.iter().any(|joint| *joint >= robot.n()) {
+            let given = format!("{}, which leaves the joints '{left}' of '{letters}'", tuple(&joints));
+            return Err(Error::value("spare", given, "six revolute ones"));
+        }
+        let mut values = vec![Vec::new()];
+        for &joint in &joints {
+            let column = column(robot, joint, n_spare)?;
+            let extended = |row: &Vec<f64>| column.iter().map(|x| [&row[..], &[*x]].concat()).collect::<Vec<_>>();
+            values = values.iter().flat_map(extended).collect();
+        }
+        Ok(Self { joints, values })
+    }
+}
+
+/// Numbers as Python shows a tuple of them.
+fn tuple(numbers: &[usize]) -> String {
+    let shown: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    format!("({}{})", shown.join(", "), if numbers.len() == 1 { "," } else { "" })
+}
+
+/// The joints to hold: all that slide, and those without which the rest has a closed form.
+fn choice(robot: &Robot) -> Result<Vec<usize>> {
+    let of_kind = |kind: Joint| (0..robot.n()).filter(move |&i| robot.joints()[i] == kind).collect::<Vec<_>>();
+    let (sliding, turning) = (of_kind(Joint::Prismatic), of_kind(Joint::Revolute));
+    let Some(count) = turning.len().checked_sub(MOVING) else {
+        let given = format!("one with the joints '{}'", robot.joint_letters());
+        return Err(Error::value("robot", given, "at least six revolute ones"));
+    };
+    let mut best: Option<(usize, Vec<usize>)> = None;
+    for extra in combinations(&turning, count) {
+        let mut joints = [&sliding[..], &extra].concat();
+        joints.sort_unstable();
+        let rank = rank(robot, &joints)?;
+        if best.as_ref().is_none_or(|(least, _)| rank < *least) {
+            best = Some((rank, joints));
+        }
+    }
+    Ok(best.map_or(Vec::new(), |(_, joints)| joints))
+}
+
+/// How hard what is left is to invert once some joints are held.
+fn rank(robot: &Robot, joints: &[usize]) -> Result<usize> {
+    let held: Vec<(usize, f64)> = joints.iter().map(|joint| (*joint, ANYWHERE)).collect();
+    let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
+    Ok(match inverse.structure() {
+        Structure::Wrist { .. } => 0,
+        Structure::Parallel { .. } => 1,
+        Structure::General => 2,
+    })
+}
+
+/// All choices of `count` of some items, in their order.
+fn combinations(items: &[usize], count: usize) -> Vec<Vec<usize>> {
+    if count == 0 {
+        return vec![Vec::new()];
+    }
+    let with_first = |i: usize| combinations(&items[i + 1..], count - 1).into_iter().map(move |rest| [&[items[i]], &rest[..]].concat());
+    (0..items.len()).flat_map(with_first).collect()
+}
+
+/// The values of a spare joint: over its range, or over a turn where it has none.
+fn column(robot: &Robot, joint: usize, count: usize) -> Result<Vec<f64>> {
+    let (low, high) = (robot.limits().q_min[joint], robot.limits().q_max[joint]);
+    if !(high - low).is_finite() {
+        if robot.joints()[joint] == Joint::Prismatic {
+            return Err(Error::value(&format!("joint {}", joint + 1), "sliding without limits", "limits for a spare joint"));
+        }
+        return Ok(half_open(-PI, PI, count));
+    }
+    let edge = EDGE * (high - low);
+    Ok(if count > 1 { linspace(low + edge, high - edge, count) } else { vec![0.5 * (low + high)] })
+}

@@ -1,0 +1,268 @@
+//! From a route to the continuous optimum of a stretch of the path, and the best of several.
+
+use std::f64::consts::TAU;
+
+use super::constraints::{Constraint, Kind};
+use super::failure::{FailedJoint, FailureCause, PlanFailure};
+use super::graph::Criterion;
+use super::hooks::{Hooks, PlanError};
+use super::numbers::{interpolated, mean_size};
+use super::path::Path;
+use super::problem::{ON_PATH, PathProblem};
+use super::refine::{RefineStatus, refine};
+use crate::error::Error;
+use crate::robot::Joint;
+
+/// A worst value this near to its lower bound, relative, is the least.
+const PROVEN: f64 = 1e-7;
+/// Costs this near to each other, relative, are equal: the lesser motion wins.
+const TIE: f64 = 1e-7;
+/// Newton steps that are enough unless a path creeps.
+const TRIAL: usize = 40;
+/// Weight of the motion beside the mean, relative, where that is a start for a worst value.
+const STEADY: f64 = 1e-3;
+/// Share of the largest step below which a route is refined without it.
+const SLOW: f64 = 0.8;
+
+/// What is known of a stretch of the path.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    /// Its first point.
+    pub first: usize,
+    /// Postures, n joints a row.
+    pub q: Vec<f64>,
+    /// Values, one a point.
+    pub value: Vec<f64>,
+    /// What was minimised; NaN where that broke off.
+    pub cost: f64,
+    /// Integral of the squared joint speed.
+    pub motion: f64,
+    /// First-order residual.
+    pub residual: f64,
+    /// Weight of the motion.
+    pub smoothness: f64,
+    /// Whether this is an optimum.
+    pub refined: bool,
+    /// Why it cannot be followed.
+    pub failure: Option<PlanFailure>,
+}
+
+impl Part {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.value.len()
+    }
+
+    /// Largest value.
+    pub fn worst(&self) -> f64 {
+        self.value.iter().fold(f64::NEG_INFINITY, |worst, value| worst.max(*value))
+    }
+
+    /// Whether this is an optimum whose worst value is at a lower bound.
+    pub fn is_at(&self, bound: f64) -> bool {
+        self.is_optimum() && self.worst() <= bound * (1.0 + PROVEN)
+    }
+
+    /// Whether this is an optimum that can be followed.
+    pub fn is_optimum(&self) -> bool {
+        self.refined && self.failure.is_none()
+    }
+}
+
+/// Refines postures of the points from `first` on; keeps them as they are where that fails.
+pub(super) fn refined_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let part = tried_part(problem, first, q, most, hooks)?;
+    if part.refined || part.failure.is_some() || most <= TRIAL {
+        return Ok(part);
+    }
+    let again = refined_once(problem, first, &part.q, most, hooks)?;
+    Ok(best_part(problem.criterion, vec![part, again]))
+}
+
+/// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
+/// reached at once.
+pub(super) fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let most = most.min(TRIAL);
+    let part = refined_once(problem, first, q, most, hooks)?;
+    if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
+        let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
+        let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };
+        let mean = refined_once(&mean, first, q, most, hooks)?;
+        if mean.is_optimum() {
+            let again = refined_once(problem, first, &mean.q, most, hooks)?;
+            return Ok(best_part(problem.criterion, vec![part, again]));
+        }
+    }
+    Ok(part)
+}
+
+fn refined_once(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    if problem.steps_only() && largest_share(problem, first, q) < SLOW {
+        // Far from the largest step: the path is refined without it and most likely keeps it.
+        let part = refined_within(&problem.without_steps(), first, q, most, hooks)?;
+        if part.failure.is_none() && largest_share(problem, first, &part.q) < 1.0 {
+            return Ok(part);
+        }
+    }
+    refined_within(problem, first, q, most, hooks)
+}
+
+/// The largest motion between points as a share of what it may be.
+fn largest_share(problem: &PathProblem, first: usize, q: &[f64]) -> f64 {
+    let n = problem.n();
+    let steps = q.iter().zip(&q[n..]).zip(&problem.bounds[first * n..]);
+    steps.map(|((from, to), bound)| (to - from).abs() / bound).fold(0.0, f64::max)
+}
+
+fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    hooks.go_on()?;
+    let n = problem.n();
+    let count = q.len() / n;
+    let closing = problem.closed && count == problem.points() && count > 2;
+    let turns: Option<Vec<f64>> =
+        closing.then(|| (0..n).map(|k| TAU * ((q[(count - 1) * n + k] - q[k]) / TAU).round_ties_even()).collect());
+    let mut start = q.to_vec();
+    if !problem.restored(first, &mut start).into_iter().all(|reached| reached) {
+        start.copy_from_slice(q);
+    }
+    let stretch = problem.stretch(first, count, turns, &start);
+    let found = refine(&stretch, &start[..stretch.points() * n], most, &mut || hooks.is_cancelled());
+    if found.status == RefineStatus::Cancelled {
+        return Err(PlanError::Cancelled);
+    }
+    let (mut rows, mut value) = (found.q, found.values);
+    if let Some(turns) = &stretch.turns {
+        let last: Vec<f64> = (0..n).map(|k| rows[k] + turns[k]).collect();
+        rows.extend(last);
+        value.push(value[0]);
+    }
+    let usable = found.status != RefineStatus::Singular && hooks.all_allowed(&rows, n)?;
+    if !usable {
+        value = problem.values(&start);
+        rows = start;
+    }
+    let tightest = found.tightest.filter(|_| found.status == RefineStatus::Infeasible);
+    Ok(Part {
+        first,
+        cost: found.cost,
+        motion: problem.motion_integral(first, &rows),
+        residual: found.residual,
+        smoothness: stretch.smoothness(),
+        refined: usable && found.status == RefineStatus::Converged,
+        failure: tightest.map(|constraint| failure(problem, first, &rows, &constraint)),
+        q: rows,
+        value,
+    })
+}
+
+/// The best of several: whole before broken, then by cost; among equals refined first, then by motion.
+pub(super) fn best_part(criterion: Criterion, parts: Vec<Part>) -> Part {
+    // What broke off has no cost.
+    let cost = |part: &Part| {
+        let cost = if criterion == Criterion::Minimax { part.worst() } else { part.cost };
+        if cost.is_finite() { cost } else { f64::INFINITY }
+    };
+    let any_whole = parts.iter().any(|part| part.failure.is_none());
+    let mut rivals: Vec<Part> = parts.into_iter().filter(|part| !any_whole || part.failure.is_none()).collect();
+    let least = rivals.iter().map(cost).fold(f64::INFINITY, f64::min);
+    let limit = least + TIE * least.abs();
+    let rank = |part: &Part| (cost(part) > limit, !part.refined, part.motion);
+    let better = |a: &(bool, bool, f64), b: &(bool, bool, f64)| (a.0, a.1) < (b.0, b.1) || ((a.0, a.1) == (b.0, b.1) && a.2 < b.2);
+    let best = (1..rivals.len()).fold(0, |best, i| if better(&rank(&rivals[i]), &rank(&rivals[best])) { i } else { best });
+    rivals.swap_remove(best)
+}
+
+/// The better of two ways to follow a path: the one that reaches more of it, else the better one.
+pub(super) fn better_parts(criterion: Criterion, old: Vec<Part>, new: Vec<Part>) -> Vec<Part> {
+    if old.is_empty() || new.is_empty() {
+        return if old.is_empty() { new } else { old };
+    }
+    let reach = |parts: &[Part]| (parts.iter().map(Part::len).sum::<usize>(), std::cmp::Reverse(parts.len()));
+    match reach(&old).cmp(&reach(&new)) {
+        std::cmp::Ordering::Greater => old,
+        std::cmp::Ordering::Less => new,
+        std::cmp::Ordering::Equal if old.len() == 1 => vec![best_part(criterion, old.into_iter().chain(new).collect())],
+        std::cmp::Ordering::Equal => old,
+    }
+}
+
+/// An earlier plan of another path, from which one is made at once.
+#[derive(Debug, Clone)]
+pub struct WarmStart {
+    /// The path that was planned.
+    pub path: Path,
+    /// Joints of a posture.
+    pub n: usize,
+    /// Its postures, n joints a row and one row a point.
+    pub q: Vec<f64>,
+}
+
+impl WarmStart {
+    /// Refined, carried over by the share of the path; nothing if that does not lead to an optimum.
+    pub(super) fn refined(&self, problem: &PathProblem, path: &Path, most: usize, hooks: &mut Hooks) -> Result<Vec<Part>, PlanError> {
+        if self.n != problem.n() {
+            return Err(Error::value("warm_start", format!("a plan of {} joints", self.n), &problem.n().to_string()).into());
+        }
+        let places = |path: &Path| {
+            let ends = path.shares().into_iter().scan(0.0, |end, share| {
+                *end += share;
+                Some(*end)
+            });
+            std::iter::once(0.0).chain(ends).collect::<Vec<_>>()
+        };
+        let q = interpolated(places(path).into_iter(), &places(&self.path), &self.q, self.n);
+        let part = refined_part(problem, 0, &q, most, hooks)?;
+        let (distance, angle) = problem.errors(&part.q);
+        let on_path = distance.iter().chain(&angle).all(|error| *error <= ON_PATH);
+        Ok(if part.is_optimum() && on_path { vec![part] } else { Vec::new() })
+    }
+}
+
+/// Which limit leaves no path: where, and by how much.
+fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint) -> PlanFailure {
+    let n = problem.n();
+    let (at, number) = (tightest.point, tightest.joint);
+    let slides = problem.robot.joints()[number] == Joint::Prismatic;
+    let joint = |excess: f64| Some(FailedJoint { number, slides, excess });
+    let x = q[at * n + number];
+    let point = first + at;
+    match tightest.kind {
+        Kind::Position => {
+            let limits = problem.robot.limits();
+            let beyond = (limits.q_min[number] - x).max(x - limits.q_max[number]);
+            PlanFailure { point, cause: FailureCause::JointLimit, joint: joint(beyond) }
+        }
+        Kind::Motion => {
+            let following = (at + 1).min(q.len() / n - 1);
+            let excess = (q[following * n + number] - x).abs() / problem.bounds[point * n + number];
+            let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
+            PlanFailure { point: point + 1, cause, joint: joint(excess) }
+        }
+        Kind::Spin => PlanFailure::at(point, FailureCause::SpinRange),
+        Kind::Value | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(cost: f64, motion: f64, refined: bool) -> Part {
+        let (q, value) = (vec![0.0; 18], vec![1.0; 3]);
+        Part { first: 0, q, value, cost, motion, residual: 0.0, smoothness: 0.0, refined, failure: None }
+    }
+
+    #[test]
+    fn a_rival_without_a_cost_never_wins() {
+        let (good, broken) = (part(2.0, 1.0, true), part(f64::NAN, 0.0, false));
+        let best = |parts: [&Part; 2]| best_part(Criterion::Integral, parts.map(Clone::clone).to_vec());
+        assert!(best([&broken, &good]).cost == 2.0 && best([&good, &broken]).cost == 2.0);
+        assert!(best_part(Criterion::Integral, vec![broken]).cost.is_nan());
+    }
+
+    #[test]
+    fn among_equals_the_refined_one_and_then_the_calmer_one_wins() {
+        let parts = vec![part(2.0, 0.1, false), part(2.0 + 1e-8, 3.0, true), part(2.0, 2.0, true)];
+        assert_eq!(best_part(Criterion::Integral, parts).motion, 2.0);
+    }
+}

@@ -1,0 +1,106 @@
+//! What a Newton step needs of every point of a path: the objective with derivatives, and the freedom that the task leaves.
+
+use rayon::prelude::*;
+
+use super::problem::{CHUNK, PARALLEL, PathProblem};
+use crate::index::{Evaluation, Order};
+use crate::kinematics::{Jacobian, jacobian};
+use crate::linalg::orthogonal::Orthogonal;
+use crate::linalg::vector::{Vec3, dot};
+use crate::linalg::{Rows6, size};
+use crate::resolve::sqp::reduce::Curvature;
+use crate::task::Directions;
+
+/// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
+const SINGULAR: f64 = 1e-9;
+
+/// All that is known of one point.
+#[derive(Debug, Clone)]
+pub struct Point<const C: usize> {
+    /// Posture.
+    pub q: [f64; C],
+    /// Objective with derivatives.
+    pub objective: Evaluation<C>,
+    /// Orthonormal basis of the free motion.
+    pub basis: [[f64; C]; C],
+    pseudo_inverse: Rows6<C>,
+    jacobian: Jacobian<C>,
+    directions: Directions,
+    spin_axis: Vec3,
+}
+
+impl PathProblem {
+    /// Motion of a joint along an edge.
+    #[inline(always)]
+    pub(super) fn motion<const C: usize>(&self, q: &[[f64; C]], edge: usize, joint: usize) -> f64 {
+        let next = edge + 1;
+        if next < q.len() {
+            q[next][joint] - q[edge][joint]
+        } else {
+            q[0][joint] + self.turns.as_ref().map_or(0.0, |turns| turns[joint]) - q[edge][joint]
+        }
+    }
+
+    /// Brings every posture back onto its target; false where one does not get there.
+    pub(super) fn restore<const C: usize>(&self, q: &mut [[f64; C]]) -> bool {
+        let n = size::<C>(self.n());
+        if q.len() < PARALLEL {
+            q.iter_mut().enumerate().all(|(i, q)| self.reach::<C>(i, &mut q[..n]))
+        } else {
+            q.par_iter_mut().enumerate().with_min_len(CHUNK).map(|(i, q)| self.reach::<C>(i, &mut q[..n])).reduce(|| true, |a, b| a && b)
+        }
+    }
+
+    /// Objective at every posture.
+    pub(super) fn values_at<const C: usize>(&self, q: &[[f64; C]]) -> Vec<f64> {
+        let n = size::<C>(self.n());
+        let Some(objective) = &self.objective else { return vec![0.0; q.len()] };
+        let one = |q: &[f64; C]| objective.evaluate::<C>(&self.robot, &q[..n], Order::Value, false).value;
+        if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(CHUNK).map(one).collect() }
+    }
+
+    /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
+    pub(super) fn points_at<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<C>>> {
+        if q.len() < PARALLEL {
+            q.iter().map(|q| self.point(q)).collect()
+        } else {
+            q.par_iter().with_min_len(CHUNK).map(|q| self.point(q)).collect()
+        }
+    }
+
+    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<C>> {
+        let n = size::<C>(self.n());
+        let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
+        let directions = self.task.directions(&tool, self.length);
+        let factors = Orthogonal::new(&directions.rows(&columns), n, self.task.dimension());
+        if factors.spread() < SINGULAR {
+            return None;
+        }
+        let objective = match &self.objective {
+            Some(objective) => objective.evaluate_at(&self.robot, &q[..n], &columns, Order::Hessian, false),
+            None => Evaluation::zero(),
+        };
+        let finite = objective.gradient[..n].iter().chain(objective.hessian[..n].iter().flat_map(|row| &row[..n])).all(|x| x.is_finite());
+        finite.then(|| Point {
+            q: *q,
+            objective,
+            basis: factors.null_space(),
+            pseudo_inverse: factors.pseudo_inverse(),
+            jacobian: columns,
+            directions,
+            spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
+        })
+    }
+}
+
+impl<const C: usize> Point<C> {
+    /// How the spin changes with the joints.
+    pub fn spin_gradient(&self) -> [f64; C] {
+        self.jacobian.w.map(|w| dot(self.spin_axis, w))
+    }
+
+    /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point.
+    pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], r: usize) -> [[f64; C]; C] {
+        Curvature::new(&self.jacobian, &self.directions, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
+    }
+}
