@@ -1,6 +1,6 @@
 //! Damped Newton to a task, within the limits (Levenberg-Marquardt with damping by the error: Sugihara 2011).
 
-use crate::kinematics::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::vector::{Vec3, norm};
 use crate::linalg::{Mat6, Row6, Rows6, gram, size};

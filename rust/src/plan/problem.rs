@@ -5,9 +5,10 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::graph::Criterion;
-use crate::index::{Evaluation, Objective, Order};
+use crate::index::sized::Evaluation;
+use crate::index::{Objective, Order};
 use crate::inverse::reach;
-use crate::kinematics::{Jacobian, forward, jacobian, jacobian_rate};
+use crate::kinematics::sized::{Jacobian, forward, jacobian, jacobian_rate};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{Vec3, dot};
@@ -150,7 +151,7 @@ impl PathProblem<'_> {
     /// Objective at every posture, with derivatives if asked for.
     pub fn evaluate<const C: usize>(&self, q: &[[f64; C]], order: Order) -> Vec<Evaluation<C>> {
         let n = size::<C>(self.n());
-        let one = |q: &[f64; C]| self.objective.map_or_else(Evaluation::zero, |o| o.evaluate::<C>(self.robot, &q[..n], order, false));
+        let one = |q: &[f64; C]| self.objective.map_or_else(Evaluation::zero, |o| o.evaluate_sized::<C>(self.robot, &q[..n], order, false));
         if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(16).map(one).collect() }
     }
 

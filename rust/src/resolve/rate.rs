@@ -2,7 +2,7 @@
 //! rivals, each as `h + x` with h the motion that the secondary task asks for and x the shortest solution of the method's own system.
 
 use crate::inverse::damped_step;
-use crate::kinematics::Jacobian;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;

@@ -7,7 +7,7 @@ use super::secondary::{Memory, Secondary};
 use super::solve::{Solution, SolveStatus};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::{Postures, reach};
-use crate::kinematics::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::robot::{Limits, Robot};

@@ -2,5 +2,6 @@
 
 pub mod frames;
 mod model;
+mod tables;
 
 pub use model::PyRobot;
