@@ -10,7 +10,6 @@ from ._map_data import CAUSES
 from ._plan_refine import Part
 from ._plan_result import Plan, PlanFailure
 from ._plan_setup import ON_PATH, Setup
-from ._rows import rows_in_use
 
 
 def assembled(setup: Setup, known: Layers, parts: list[Part]) -> Plan:
@@ -32,7 +31,7 @@ def assembled(setup: Setup, known: Layers, parts: list[Part]) -> Plan:
     off = np.maximum(position_error, axis_error) > ON_PATH
     value[off] = np.nan
     whole = parts[0] if len(parts) == 1 and len(parts[0].q) == n and not off.any() else None
-    index = ConditionNumber(setup.length, rows=rows_in_use(robot))
+    index = ConditionNumber(setup.length, rows=robot.rows_in_use())
     result = Plan(
         robot=robot,
         path=setup.path,

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from ._arrays import F64, checked
 from ._core import ConditionNumber, Objective, OrthogonalSQP, PosturePull, Robot, Task
 from ._progress import progress as progress_bar
-from ._rows import rows_in_use
 from .posture import centred_turns, middle_posture
 from .toolpath import Toolpath
 from .trajectory import Trajectory
@@ -143,7 +142,7 @@ def _length(step: Solver) -> float | None:
 
 
 def _condition_number(robot: Robot, q: F64, length: float | None) -> F64:
-    rows = rows_in_use(robot)
+    rows = robot.rows_in_use()
     if len(rows) > robot.n:
         return np.full(len(q), np.nan)
     index = ConditionNumber(1.0 if length is None else length, rows=rows)

@@ -5,7 +5,6 @@ from numpy.typing import ArrayLike
 
 from .._arrays import F64
 from .._core import Manipulability, Objective, PosturePull, RateSolver, Robot, SingularityParameter, Task
-from .._rows import rows_in_use
 from ..posture import middle_posture
 from ._runs import Setting
 from .dynamic_weights import WeightFunctions
@@ -29,7 +28,7 @@ class PointwiseSolver:
         self._setting, self._functions = setting, functions
         self._c_joint, self._c_sing = c_joint, c_sing
         self._middle = middle_posture(robot)
-        rows = rows_in_use(robot)
+        rows = robot.rows_in_use()
         self._singularity = SingularityParameter(1.0, rows=rows)
         self._manipulability = Manipulability(1.0, rows=rows)
         self._held: F64 | None = None
