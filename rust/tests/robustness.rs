@@ -6,12 +6,10 @@ use std::sync::Arc;
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices, rngs, step};
 use proptest::prelude::*;
 use redundancy::index::{Index, Objective, Order, Rows, length_of_least_condition};
+use redundancy::internals::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::internals::linalg::{Orthogonal, Svd, diagonalise};
 use redundancy::inverse::reach;
-use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::linalg::orthogonal::Orthogonal;
-use redundancy::linalg::svd::Svd;
-use redundancy::linalg::symmetric::diagonalise;
 use redundancy::optimize::qp::{self, ActiveSet, Problem, Row, most_changes};
 use redundancy::resolve::{
     Bounds, Known, Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Scaling, Secondary, Settings, StepStatus, newton_step,
@@ -99,7 +97,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     if n <= 3 {
         second_derivative(&columns, &mut [0.0; 6 * 27]);
     }
-    length_of_least_condition(&Rows::new(&[3, 4, 5][3 - n.min(3)..], 0.5).unwrap(), &columns);
+    length_of_least_condition(robot, &q, &Rows::new(&[3, 4, 5][3 - n.min(3)..], 0.5).unwrap()).unwrap();
 
     let objective = &subject.objectives[rng.below(subject.objectives.len())];
     let evaluated = evaluate::<C>(objective, robot, &q, Order::Hessian, rng.below(2) == 0);

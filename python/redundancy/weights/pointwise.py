@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import Manipulability, Objective, PosturePull, RateSolver, Robot, SingularityParameter, Task
-from .._rows import rows_in_use
 from .._util import F64
 from ..loops import Chunk
 from .dynamic_weights import WeightFunctions
@@ -29,7 +28,7 @@ class PointwiseSolver:
         self._setting, self._functions = setting, functions
         self._c_joint, self._c_sing = c_joint, c_sing
         self._middle = robot.middle
-        rows = rows_in_use(robot)
+        rows = robot.rows_in_use()
         self._singularity = SingularityParameter(1.0, rows=rows)
         self._manipulability = Manipulability(1.0, rows=rows)
         self._held: F64 | None = None

@@ -5,7 +5,6 @@ mod orthogonal_sqp;
 mod quadratic;
 mod rate;
 mod rate_solver;
-mod redundancy;
 mod secondary;
 mod solve;
 
@@ -16,6 +15,5 @@ pub use quadratic::{
 };
 pub use rate::{Method, Situation};
 pub use rate_solver::{RateSettings, RateSolver, RateStatus};
-pub use redundancy::degrees_of_redundancy;
 pub use secondary::{Memory, PosturePull, Scaling, Secondary};
 pub use solve::{PathPoint, Solution, SolveStatus};

@@ -5,8 +5,8 @@
 //! joints and at singularities that the free motion can leave. The reduced Hessian is that of the Lagrangian, `Z'(H - sum lambda d2h) Z`: with the
 //! objective's Hessian alone, as in (3.63), convergence is linear only.
 
-use crate::index::Evaluation;
-use crate::kinematics::{Jacobian, jacobian_rate};
+use crate::index::sized::Evaluation;
+use crate::kinematics::sized::{Jacobian, jacobian_rate};
 use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;

@@ -7,7 +7,7 @@ use super::secondary::{Memory, Secondary};
 use super::solve::{Solution, SolveStatus};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach_sized;
-use crate::kinematics::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::robot::{RandomPostures, Robot};

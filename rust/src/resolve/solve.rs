@@ -2,9 +2,10 @@
 
 use super::newton_step::{Bounds, Known, StepStatus, newton_step};
 use super::orthogonal_sqp::{OrthogonalSqp, RADIUS};
-use crate::index::{Evaluation, Order};
+use crate::index::Order;
+use crate::index::sized::Evaluation;
 use crate::inverse::reach_sized;
-use crate::kinematics::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, size};

@@ -17,7 +17,6 @@ use crate::task::PyTask;
 use redundancy::collision::{Damping, Distances, Found, Proximity};
 use redundancy::error::{Error, check_positive};
 use redundancy::kinematics::forward;
-use redundancy::linalg::frame::Frame;
 use redundancy::linalg::{MAX_JOINTS, Row6};
 use redundancy::optimize::qp::Row;
 use redundancy::resolve::{
@@ -154,10 +153,6 @@ fn step<const C: usize>(
         }
     };
     Ok(())
-}
-
-fn tool<const C: usize>(solver: &QuadraticSolver, q: &[f64]) -> Frame {
-    forward::<C>(solver.robot(), q)
 }
 
 fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q: &[f64]) -> Solution {
@@ -372,7 +367,7 @@ impl PyQuadraticProgram {
         let target = solution::target(self.solver.task(), target)?;
         let q = self.posture("q", q)?;
         let n = self.solver.robot().n();
-        let tool = with_capacity!(n, tool(&self.solver, &q[..n]));
+        let tool = ok(forward(self.solver.robot(), &q[..n]))?;
         let ([a, b, c], [x, y, z]) = self.solver.task().error(&tool, &target);
         let dt = self.solver.settings().dt;
         Ok(vector(py, &[a, b, c, x, y, z].map(|error| error / dt)))

@@ -16,8 +16,7 @@ use redundancy::error::Error;
 use redundancy::kinematics::forward;
 use redundancy::linalg::{MAX_JOINTS, Row6};
 use redundancy::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
-use redundancy::robot::Robot;
-use redundancy::task::{Target, Task};
+use redundancy::task::Target;
 use redundancy::with_capacity;
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
@@ -74,11 +73,6 @@ fn follow<const C: usize>(solver: &OrthogonalSqp, targets: &[Target], q: &[f64])
     let mut points = Vec::with_capacity(targets.len());
     solver.follow::<C>(targets, q, |_, point| points.push(*point));
     points
-}
-
-fn error<const C: usize>(robot: &Robot, task: &Task, q: &[f64], target: &Target) -> Row6 {
-    let ([a, b, c], [x, y, z]) = task.error(&forward::<C>(robot, q), target);
-    [a, b, c, x, y, z]
 }
 
 impl PyOrthogonalSqp {
@@ -200,7 +194,8 @@ impl PyOrthogonalSqp {
         let q = self.posture("q", q)?;
         let target = solution::target(self.solver.task(), target)?;
         let n = self.solver.robot().n();
-        Ok(vector(py, &with_capacity!(n, error(self.solver.robot(), self.solver.task(), &q[..n], &target))))
+        let ([a, b, c], [x, y, z]) = self.solver.task().error(&ok(forward(self.solver.robot(), &q[..n]))?, &target);
+        Ok(vector(py, &[a, b, c, x, y, z]))
     }
 
     /// A posture on a target at a minimum of the objective.

@@ -2,8 +2,9 @@
 
 use super::programme;
 use crate::error::{Error, Result};
-use crate::index::{Objective, Order, differences};
-use crate::kinematics::Jacobian;
+use crate::index::sized::{Evaluation, differences};
+use crate::index::{Objective, Order};
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, size};
@@ -132,7 +133,7 @@ impl IndexTerm {
             _ => Order::Hessian,
         };
         if let Derivatives::Differences(step) = self.derivatives {
-            let (value, gradient, hessian) = differences::<C>(&self.objective, robot, q, order, step);
+            let Evaluation { value, gradient, hessian, .. } = differences::<C>(&self.objective, robot, q, order, step);
             return Expansion { value, gradient, hessian };
         }
         let at = self.objective.evaluate_at(robot, q, jacobian, order, false);

@@ -4,7 +4,7 @@ use super::solver::{QuadraticMemory, QuadraticSettings, QuadraticSolver, Tick};
 use crate::error::Result;
 use crate::index::Order;
 use crate::inverse::reach_sized;
-use crate::kinematics::forward;
+use crate::kinematics::sized::forward;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::{Solution, SolveStatus};
@@ -84,7 +84,7 @@ impl QuadraticSolver {
         let n = self.robot().n();
         let (w, v) = self.task().error(&forward::<C>(self.robot(), &q[..n]), target);
         let [position_error, angle_error] = [norm(v), norm(w)];
-        let value = |objective: &crate::index::Objective| objective.evaluate::<C>(self.robot(), &q[..n], Order::Value, false).value;
+        let value = |objective: &crate::index::Objective| objective.evaluate_sized::<C>(self.robot(), &q[..n], Order::Value, false).value;
         Solution {
             q,
             value: self.objective().map_or(f64::NAN, value),

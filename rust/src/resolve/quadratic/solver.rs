@@ -7,7 +7,7 @@ use super::index_term::{Derivatives, Form, IndexMemory, IndexTerm};
 use super::programme::{self, Constraints, solve, solve_opened};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::index::Objective;
-use crate::kinematics::jacobian;
+use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::optimize::qp::{ActiveSet, Constraint, Place, Row, Status};
