@@ -47,6 +47,7 @@ lint: $(VENV)/built $(VENV)/group-lint $(VENV)/group-test ## formatters, linters
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest redundancy._core --mypy-config-file pyproject.toml
+	$(BIN)/python -m evidence.machine_code
 
 bench: bench-rust bench-python ## kernels by criterion, Python calls beside peers
 
@@ -57,15 +58,13 @@ bench-python: $(VENV)/built $(VENV)/group-bench
 	$(BIN)/python -m pytest benches/python -q --benchmark-columns=median,iqr,min --benchmark-sort=name -p no:cacheprovider -W default
 
 docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
-	$(BIN)/python docs/figures.py
-	$(BIN)/python docs/plan_figures.py
+	$(BIN)/python -m evidence.figures
+	$(BIN)/python -m evidence.planner.figures
 	$(BIN)/mkdocs build --strict
 
-soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns, a million poses, a hundred thousand programmes, a thousand references
+soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns, a million poses, a hundred thousand programmes, a dozen references by differences
 	cargo test --locked --release -- --ignored
-	$(BIN)/python -m tests.soak_inverse
-	$(BIN)/python -m tests.soak_qp
-	$(BIN)/python -m tests.reference.condition_mpmath --check
+	$(BIN)/python -m tests.soak
 
 clean: ## everything made
 	rm -rf $(VENV) out site target

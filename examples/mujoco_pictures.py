@@ -9,7 +9,7 @@ from mujoco_plant import CELLS, DT, SECURITY, SUBSTEPS, Run, mujoco
 def draw(run: Run, file: Path) -> None:
     """Draw distance, errors, rates and statuses over time."""
     from redundancy import plots
-    from redundancy._plot_style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Figure, mpl
+    from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Figure, mpl
 
     fine = np.linspace(0.0, run.time[-1] + DT, len(run.distance))
     with mpl.rc_context(STYLE):

@@ -35,7 +35,7 @@ def seconds(points: int, angles: int) -> tuple[int, float]:
 def draw(rows: list[tuple[int, int, int, float]], picture: Path) -> None:
     """Draw time over cells, both logarithmic, and the line of a constant time a cell."""
     from redundancy import plots
-    from redundancy._plot_style import BLUE, GREEN, GREY, ORANGE, STYLE, Figure, mpl
+    from redundancy.plots.style import BLUE, GREEN, GREY, ORANGE, STYLE, Figure, mpl
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.0, 3.2), layout="constrained")

@@ -12,7 +12,7 @@ Examples
 1.041202
 """
 
-from . import robots, weights
+from . import plots, robots, weights
 from ._core import (
     Body,
     ConditionNumber,
@@ -48,7 +48,13 @@ from ._core import (
     self_collision_pairs,
     solve_qp,
 )
-from .cells import on_rail, with_turntable
+from .design import (
+    PlanarTetrahedron,
+    PostureResult,
+    characteristic_length,
+    minimum_condition_posture,
+    planar_tetrahedron,
+)
 from .errors import (
     InvalidValueError,
     ModelError,
@@ -58,20 +64,20 @@ from .errors import (
     ToolpathError,
     UnknownRobotError,
 )
-from .follow import follow
-from .maps import RedundancyMap, redundancy_map
-from .planning import Plan, PlanFailure, plan
-from .posture import (
-    PlanarTetrahedron,
-    PostureResult,
-    characteristic_length,
-    minimum_condition_posture,
-    planar_tetrahedron,
+from .loops import (
+    CyclicStart,
+    StartSearch,
+    Tracking,
+    best_start,
+    cyclic_start,
+    follow,
+    stiffness_profile,
+    track,
 )
-from .start import CyclicStart, StartSearch, best_start, cyclic_start
-from .toolpath import Toolpath
-from .tracking import Tracking, stiffness_profile, track
-from .trajectory import Trajectory
+from .maps import RedundancyMap, redundancy_map
+from .paths import Toolpath, Trajectory
+from .planning import Plan, PlanFailure, plan
+from .robots import on_rail, with_turntable
 
 __all__ = [
     "Body",
@@ -129,6 +135,7 @@ __all__ = [
     "on_rail",
     "plan",
     "planar_tetrahedron",
+    "plots",
     "redundancy_map",
     "rms_length",
     "robots",

@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import F64
 from ._core import Lattice, find_route
-from ._map_data import CAUSES
 from ._path_frames import point_weights
 from ._plan_setup import Points, Setup
+from ._util import F64
 from .maps import Predicate, apply_predicate
+from .plots import CAUSES
 
 _FULL_TURN: Final = 2.0 * np.pi
 _BRANCH_STEP: Final = 0.5

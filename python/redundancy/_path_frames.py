@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import Robot, Task
-from ._transport import perpendicular, transport
+from ._transport import transport
+from ._util import F64, perpendicular
 from .errors import InvalidValueError
-from .toolpath import Toolpath
+from .paths import Toolpath
 
 _TURN_LENGTH = 0.1
 """Length of path that a turn of the axis by one radian counts for [m], where there are no times."""

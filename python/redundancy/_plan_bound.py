@@ -6,13 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import least_value
 from ._layers import Layers
 from ._path_frames import point_weights
 from ._plan_refine import Part
 from ._plan_result import Plan
 from ._plan_setup import Setup
+from ._util import F64
 
 _POINTS: Final = 3
 """Points of the search at which the lower bound of a worst value is looked for."""

@@ -5,14 +5,14 @@ from typing import Final
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import refine_path
 from ._path_frames import point_weights, shares
 from ._plan_result import PlanFailure
 from ._plan_setup import ON_PATH, Points, Setup
+from ._util import F64
 from .errors import InvalidValueError
 from .maps import Predicate
-from .trajectory import Trajectory
+from .paths import Trajectory
 
 _PROVEN: Final = 1e-7
 """A worst value this near to its lower bound, relative, is the least."""

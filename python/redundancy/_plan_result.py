@@ -6,7 +6,7 @@ import numpy as np
 
 from ._core import Objective
 from ._path_frames import point_weights, shares
-from .trajectory import Trajectory
+from .paths import Trajectory
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from typing import Final
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import OrthogonalSQP
 from ._layers import Layers, Segment, spread
 from ._plan_bound import is_proven
 from ._plan_refine import Part, best_part, refined_part, tried_part
 from ._plan_result import PlanFailure
 from ._plan_setup import ON_PATH, Setup
+from ._util import F64
 from .maps import Predicate
 
 _ROUNDS: Final = 8

@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import F64
 from ._core import Objective, Robot, Task, restore_path
 from ._path_frames import motion_bounds, shares, spin_frames
-from .toolpath import Toolpath
+from ._util import F64
+from .paths import Toolpath
 
 ON_PATH: Final = 1e-9
 """Error of a point that counts as on the path [rad, m]."""

@@ -6,10 +6,10 @@ import numpy as np
 
 from ._core import ConditionNumber
 from ._layers import Layers
-from ._map_data import CAUSES
 from ._plan_refine import Part
 from ._plan_result import Plan, PlanFailure
 from ._plan_setup import ON_PATH, Setup
+from .plots import CAUSES
 
 
 def assembled(setup: Setup, known: Layers, parts: list[Part]) -> Plan:

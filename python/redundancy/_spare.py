@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import Robot, Task
+from ._util import F64
 from .errors import InvalidValueError
 
 _MOVING: Final = 6

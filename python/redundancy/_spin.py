@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ._arrays import F64
 from ._core import Robot
 from ._transport import transport
+from ._util import F64
 
 
 def spin_along(robot: Robot, axis: F64, q: F64) -> F64:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._arrays import F64
+from ._util import F64, perpendicular
 
 
 def transport(axis: F64) -> F64:
@@ -27,14 +27,6 @@ def transport(axis: F64) -> F64:
         # Rounding must not pile up over long paths.
         rotations[i] = _nearest_rotation(steps[i - 1] @ rotations[i - 1]) if turned[i - 1] else rotations[i - 1]
     return rotations
-
-
-def perpendicular(vector: F64) -> F64:
-    """Return a unit vector perpendicular to a unit vector, both of shape (3,)."""
-    other = np.eye(3)[np.argmin(np.abs(vector))]
-    normal = np.cross(vector, other)
-    result: F64 = normal / np.linalg.norm(normal)
-    return result
 
 
 def _smallest(start: F64, end: F64) -> F64:

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import F64
 from ._core import Lattice, Objective, Robot, Task
-from ._map_data import BY_BADNESS, CAUSES
 from ._path_frames import spin_frames
-from ._progress import progress as progress_bar
 from ._spare import angle_grid, spare_grid
+from ._util import F64, progress_bar
 from .errors import InvalidValueError
-from .toolpath import Toolpath
-from .trajectory import Trajectory
+from .paths import Toolpath, Trajectory
+from .plots import BY_BADNESS, CAUSES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,8 +170,8 @@ class RedundancyMap:
         OSError
             If the file cannot be written.
         """
-        from ._html_map import write_map_html
-        from ._map_data import MapLine
+        from .plots import MapLine
+        from .plots.map_page import write_map_html
 
         self._check_spin()
         value, cause, angles = self.planes()

@@ -13,12 +13,11 @@ from ._plan_result import Plan, PlanFailure
 from ._plan_search import searched_parts
 from ._plan_setup import Setup
 from ._plan_verdict import assembled
-from ._progress import progress as progress_bar
 from ._spare import angle_grid, spare_grid
+from ._util import progress_bar
 from .errors import InvalidValueError
 from .maps import Predicate
-from .toolpath import Toolpath
-from .trajectory import Trajectory
+from .paths import Toolpath, Trajectory
 
 __all__ = ["Plan", "PlanFailure", "plan"]
 

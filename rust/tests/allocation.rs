@@ -158,7 +158,7 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         }
         let target = target_at::<C>(&robot, &far);
         let mut moved = q.to_vec();
-        free_of_allocation("reach", || reach::<C>(&robot, &task, &target, 0.5, &mut moved, 1e-9, 60));
+        free_of_allocation("reach", || reach(&robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 60));
         let (tool, columns) = jacobian::<C>(&robot, q);
         let evaluated = evaluate::<C>(&objectives[1], &robot, q, Order::Hessian, false);
         let directions = task.directions(&tool, 0.5);

@@ -109,7 +109,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
         Task::FULL.error(at, &target);
     }
     let mut moved = q.clone();
-    reach::<C>(robot, &task, &target, 0.5, &mut moved, 1e-9, 4);
+    reach(robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 4);
 
     // The step by itself, with a made-up objective, and numbers of any kind as bounds (lower at most upper).
     let directions = task.directions(&tool, 0.5);

@@ -6,9 +6,9 @@ use crate::common::{Rng, evaluate, fanuc, iiwa};
 use redundancy::index::{Index, JointLimits, Kind, LimitBarrier, Objective, Order, Rows};
 use redundancy::internals::kinematics::{forward, jacobian};
 use redundancy::internals::linalg::Orthogonal;
-use redundancy::inverse::{Postures, reach};
+use redundancy::inverse::reach;
 use redundancy::resolve::{OrthogonalSqp, Settings, Solution, SolveStatus};
-use redundancy::robot::{Limits, Robot};
+use redundancy::robot::{Limits, RandomPostures, Robot};
 use redundancy::task::{Target, Task};
 use serde_json::Value;
 
@@ -79,7 +79,7 @@ fn local_minimum(solver: &OrthogonalSqp, target: &Target, solution: &Solution) {
             if robot.limits().margin(&moved) < 1e-3 {
                 continue;
             }
-            let reached = reach::<16>(robot, solver.task(), target, LENGTH, &mut moved, 1e-12, 50);
+            let reached = reach(robot, Some(robot.limits()), solver.task(), target, LENGTH, &mut moved, 1e-12, 50);
             assert!(reached.error < 1e-9);
             let value = evaluate::<16>(solver.objective(), robot, &moved, Order::Value, false).value;
             assert!(value >= solution.value - 1e-9 * solution.value.abs(), "{step} away: {value} below {}", solution.value);
@@ -120,7 +120,7 @@ fn solutions_are_local_minima_along_the_spin() {
     let mut converged = 0;
     for exact_hessian in [true, false] {
         let solver = sqp(robot.clone(), milling(), condition(LENGTH), Settings { exact_hessian, ..settings() });
-        let mut postures = Postures::new(5);
+        let mut postures = RandomPostures::new(5);
         for _ in 0..100 {
             let (mut q, mut q0) = ([0.0; 6], [0.0; 6]);
             postures.fill(&robot, &mut q);
@@ -211,7 +211,7 @@ fn statuses() {
     let mut begin = free.q;
     begin[5] += 0.2;
     let mut on = begin[..6].to_vec();
-    let reached = reach::<6>(tight.robot(), &milling(), &start_of_helix(), LENGTH, &mut on, 1e-10, 60);
+    let reached = reach(tight.robot(), Some(tight.robot().limits()), &milling(), &start_of_helix(), LENGTH, &mut on, 1e-10, 60);
     assert!(reached.error < 1e-9);
     let solution = tight.solve::<6>(&start_of_helix(), &on);
     on_target(&tight, &start_of_helix(), &solution);

@@ -2,7 +2,7 @@
 
 No cross product and no formula of the package appears here: the transform of a chain is a product of 4 x 4 matrices,
 each joint's matrix is differentiated by itself, and the columns of the Jacobian and their derivatives are read off the
-products (see `condition_mpmath`).
+products (see `tests.reference.condition`).
 """
 
 from __future__ import annotations

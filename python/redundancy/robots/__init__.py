@@ -21,12 +21,12 @@ from pathlib import Path
 import tomli_w
 
 from .._core import Robot
-from .._files import write_atomically
-from .._toml import Table, parse
 from ..errors import ModelError, UnknownRobotError
-from ._schema import to_document, to_robot
+from ..files import Table, parse_toml, write_atomically
+from .cells import on_rail, with_turntable
+from .document import to_document, to_robot
 
-__all__ = ["describe", "find", "get", "load", "names", "save"]
+__all__ = ["describe", "find", "get", "load", "names", "on_rail", "save", "with_turntable"]
 
 
 def names() -> list[str]:
@@ -107,7 +107,7 @@ def load(path: str | Path) -> Robot:
         If it is malformed (``file:line:column: ...``), or a key is missing, unknown or wrong (``file: key: ...``).
     """
     file = Path(path)
-    content = parse(file, lambda message, line, column: ModelError(f"{file}:{line}:{column}: {message}"))
+    content = parse_toml(file, lambda message, line, column: ModelError(f"{file}:{line}:{column}: {message}"))
     return to_robot(Table(content, lambda message: ModelError(f"{file}: {message}")))
 
 

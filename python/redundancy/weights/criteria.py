@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64
 from .._core import SingularityParameter
+from .._util import F64
 from ..errors import InvalidValueError
-from ..trajectory import Trajectory
+from ..paths import Trajectory
 from .performance import limit_distances
 
 Problem = Literal["joint limits", "singularity", "speed"]

@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64
+from .. import plots
 from .._core import Robot, Task
-from .._progress import progress as progress_bar
+from .._util import F64, progress_bar
 from ..errors import InvalidValueError
-from ..follow import follow
-from ..toolpath import Toolpath
-from ..trajectory import Trajectory
-from ._pointwise import PointwiseSolver
-from ._runs import DEFAULT_WEIGHT, THRESHOLD, Setting, setting
+from ..loops import follow
+from ..paths import Toolpath, Trajectory
 from .criteria import Criteria, Failure, Problem
 from .dynamic_weights import WeightFunctions
 from .performance import Performance
+from .pointwise import PointwiseSolver
+from .setting import DEFAULT_WEIGHT, THRESHOLD, Setting, setting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,9 +97,8 @@ class DynamicAdaptation:
         ImportError
             If matplotlib is not installed.
         """
-        from .._plot_weights import weights_along_path, write
-
-        return write(weights_along_path(self), path)
+        figure = plots.weights_along_path(self.trajectory.time, self.w, self.k, self.c_joint, self.c_sing)
+        return plots.saved(figure, path)
 
 
 def dynamic_adapt(

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64, checked
+from .._util import F64, checked
 from ..errors import InvalidValueError
-from ._runs import DEFAULT_WEIGHT
 from .sensitivity import WRIST
+from .setting import DEFAULT_WEIGHT
 
 SMALLEST_DISTANCE = 0.01
 """Distances to a limit (6.1) below this share of the range count as this much: at 0, (6.9) would be infinite."""

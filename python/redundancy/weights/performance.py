@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64, checked
 from .._core import Manipulability, Robot, SingularityParameter
+from .._util import F64, checked
 from ..errors import InvalidValueError
-from ..trajectory import Trajectory
+from ..paths import Trajectory
 
 SINGULARITY_CONSTANT = 0.5
 """Constant k of Fig. 5.1: differences of the singularity parameter below it do not count near a limit."""

@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64
+from .. import plots
 from .._core import Robot, Task
-from .._progress import progress as progress_bar
+from .._util import F64, progress_bar
 from ..errors import InvalidValueError
-from ..toolpath import Toolpath
-from ..trajectory import Trajectory
-from ._runs import THRESHOLD, Setting, checked_weights, setting
+from ..paths import Toolpath, Trajectory
 from .performance import Performance, better, improvement
 from .search import TOLERANCE, direct_search
 from .sensitivity import Sensitivity, sensitivity
+from .setting import THRESHOLD, Setting, checked_weights, setting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,9 +86,13 @@ class WeightSearch:
         ImportError
             If matplotlib is not installed.
         """
-        from .._plot_weights import search_history, write
-
-        return write(search_history(self), path)
+        runs = self.history
+        w, k = np.array([run.w for run in runs]), np.array([run.k for run in runs])
+        beyond = np.array([run.performance.limit_distance for run in runs])
+        singularity = np.array([run.performance.singularity for run in runs])
+        accepted = [run.accepted for run in runs]
+        figure = plots.search_history(self.sensitivity.joints, w, k, beyond, singularity, accepted)
+        return plots.saved(figure, path)
 
 
 def self_adapt(

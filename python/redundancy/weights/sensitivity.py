@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import F64, checked
 from .._core import Robot, Task
+from .._util import F64, checked
 from ..errors import InvalidValueError
 
 ANGLE_TOLERANCE = float(np.deg2rad(5.0))

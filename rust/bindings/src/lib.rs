@@ -5,7 +5,6 @@ mod collision;
 mod design;
 mod errors;
 mod index;
-mod inverse;
 mod plan;
 mod qp;
 mod resolve;

@@ -3,8 +3,9 @@
 mod analytic;
 mod general;
 mod newton;
-mod random;
+mod postures;
 
 pub use analytic::{ArmAngle, Inverse, MAX_SOLUTIONS, Solutions, Structure};
-pub use newton::{Reach, damped_step, reach};
-pub use random::Postures;
+pub(crate) use newton::reach_sized;
+pub use newton::{Reach, reach};
+pub use postures::Postures;

@@ -1,11 +1,12 @@
 //! Damped Newton to a task, within the limits (Levenberg-Marquardt with damping by the error: Sugihara 2011).
 
 use crate::kinematics::sized::{forward, jacobian};
-use crate::linalg::cholesky::Cholesky;
+use crate::linalg::damped::damped_step;
+use crate::linalg::size;
 use crate::linalg::vector::{Vec3, norm};
-use crate::linalg::{Mat6, Row6, Rows6, gram, size};
-use crate::robot::Robot;
+use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
+use crate::with_capacity;
 
 /// Least damping, relative to the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-14;
@@ -25,34 +26,38 @@ pub struct Reach {
     pub iterations: usize,
 }
 
-/// `A' (A A' + damping 1)^-1 b` for the m x n matrix A with rows `rows`: bounded by |b| / (2 sqrt(damping)).
-#[inline(never)]
-pub fn damped_step<const C: usize>(rows: &Rows6<C>, b: &Row6, damping: f64, n: usize, m: usize) -> [f64; C] {
-    let n = size::<C>(n);
-    let mut a: Mat6 = gram(rows, m);
-    for r in 0..m {
-        a[r][r] += damping;
-    }
-    let mut step = [0.0; C];
-    if let Some(factor) = Cholesky::new(&a, m) {
-        let x = factor.solve(b);
-        for i in 0..n {
-            step[i] = (0..m).map(|r| rows[r][i] * x[r]).sum();
-        }
-    }
-    step
-}
-
 /// The size of a motion: the larger of the angle and the translation over `length`.
 #[inline(always)]
 fn size_of((w, v): (Vec3, Vec3), length: f64) -> f64 {
     norm(w).max(norm(v) / length)
 }
 
-/// Moves `q` towards the target until the error is below `tolerance`, staying within the limits; leaves it at the nearest posture found.
-#[inline(never)]
-pub fn reach<const C: usize>(
+/// Moves `q` towards the target until the error is below `tolerance`, staying within position limits, if any are given; leaves it at the nearest
+/// posture found.
+///
+/// # Panics
+/// Never; `q` has to hold one number a joint, else it is left as it is and the error is infinite.
+pub fn reach(
     robot: &Robot,
+    limits: Option<&Limits>,
+    task: &Task,
+    target: &Target,
+    length: f64,
+    q: &mut [f64],
+    tolerance: f64,
+    max_iterations: usize,
+) -> Reach {
+    if q.len() != robot.n() {
+        return Reach { error: f64::INFINITY, iterations: 0 };
+    }
+    with_capacity!(q.len(), reach_sized(robot, limits, task, target, length, q, tolerance, max_iterations))
+}
+
+/// [`reach`] with the capacity at hand.
+#[inline(never)]
+pub(crate) fn reach_sized<const C: usize>(
+    robot: &Robot,
+    limits: Option<&Limits>,
     task: &Task,
     target: &Target,
     length: f64,
@@ -67,10 +72,13 @@ pub fn reach<const C: usize>(
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        let step = step_towards::<C>(robot, task, target, length, q, caution);
+        let step = step_towards::<C>(robot, limits, task, target, length, q, caution);
         let mut trial = [0.0; C];
         for i in 0..n {
-            trial[i] = (q[i] + step[i]).clamp(robot.limits().q_min[i], robot.limits().q_max[i]);
+            trial[i] = q[i] + step[i];
+            if let Some(limits) = limits {
+                trial[i] = trial[i].clamp(limits.q_min[i], limits.q_max[i]);
+            }
         }
         let next = size_of(task.error(&forward::<C>(robot, &trial[..n]), target), length);
         if next < error {
@@ -89,9 +97,16 @@ pub fn reach<const C: usize>(
 
 /// One damped step; joints that stand at a limit and would cross it are held, and the others make up for them.
 #[inline(always)]
-fn step_towards<const C: usize>(robot: &Robot, task: &Task, target: &Target, length: f64, q: &[f64], caution: f64) -> [f64; C] {
+fn step_towards<const C: usize>(
+    robot: &Robot,
+    limits: Option<&Limits>,
+    task: &Task,
+    target: &Target,
+    length: f64,
+    q: &[f64],
+    caution: f64,
+) -> [f64; C] {
     let n = size::<C>(robot.n());
-    let limits = robot.limits();
     let (tool, columns) = jacobian::<C>(robot, q);
     let (w, v) = task.error(&tool, target);
     let directions = task.directions(&tool, length);
@@ -102,6 +117,7 @@ fn step_towards<const C: usize>(robot: &Robot, task: &Task, target: &Target, len
     let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
     let damping = DAMPING * caution * square + LEAST_DAMPING * scale;
     let mut step = damped_step(&rows, &b, damping, n, m);
+    let Some(limits) = limits else { return shortened(step) };
     let mut held = false;
     for i in 0..n {
         if (q[i] <= limits.q_min[i] && step[i] < 0.0) || (q[i] >= limits.q_max[i] && step[i] > 0.0) {
@@ -114,6 +130,12 @@ fn step_towards<const C: usize>(robot: &Robot, task: &Task, target: &Target, len
     if held {
         step = damped_step(&rows, &b, damping, n, m);
     }
+    shortened(step)
+}
+
+/// The step, no joint moving farther than [`LARGEST_STEP`].
+#[inline(always)]
+fn shortened<const C: usize>(step: [f64; C]) -> [f64; C] {
     let largest = step.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let shorten = if largest > LARGEST_STEP { LARGEST_STEP / largest } else { 1.0 };
     step.map(|x| shorten * x)

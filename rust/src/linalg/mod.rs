@@ -16,8 +16,11 @@
 pub(crate) mod banded;
 pub(crate) mod capacity;
 pub(crate) mod cholesky;
+pub(crate) mod damped;
 pub mod frame;
 pub(crate) mod householder;
+pub(crate) mod left_null;
+pub(crate) mod lu;
 pub(crate) mod orthogonal;
 pub(crate) mod real;
 pub(crate) mod svd;

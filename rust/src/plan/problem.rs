@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::graph::Criterion;
 use crate::index::sized::Evaluation;
 use crate::index::{Objective, Order};
-use crate::inverse::reach;
+use crate::inverse::reach_sized;
 use crate::kinematics::sized::{Jacobian, forward, jacobian, jacobian_rate};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
@@ -32,8 +32,6 @@ const SINGULAR: f64 = 1e-9;
 pub struct PathProblem<'a> {
     /// Robot.
     pub robot: &'a Robot,
-    /// The same without limits, for the way back onto the path.
-    pub unlimited: &'a Robot,
     /// Task.
     pub task: Task,
     /// Targets, one a point. In a closed path the last, which is the first, is left out.
@@ -97,11 +95,11 @@ pub struct Point<const C: usize> {
     spin_axis: Vec3,
 }
 
-/// Brings every posture onto its target by Newton; tells of each whether it got there. The robot's limits hold: give one without.
+/// Brings every posture onto its target by Newton; tells of each whether it got there.
 pub fn onto_path<const C: usize>(robot: &Robot, task: &Task, targets: &[Target], length: f64, q: &mut [[f64; C]]) -> Vec<bool> {
     let n = size::<C>(robot.n());
     let one = |(q, target): (&mut [f64; C], &Target)| {
-        reach::<C>(robot, task, target, length, &mut q[..n], ON_PATH, RETURN_ITERATIONS).error <= NEAR_PATH
+        reach_sized::<C>(robot, None, task, target, length, &mut q[..n], ON_PATH, RETURN_ITERATIONS).error <= NEAR_PATH
     };
     if q.len() < PARALLEL {
         q.iter_mut().zip(targets).map(one).collect()
@@ -145,7 +143,7 @@ impl PathProblem<'_> {
 
     /// Brings every posture back onto its target; false where one does not get there.
     pub fn restore<const C: usize>(&self, q: &mut [[f64; C]]) -> bool {
-        onto_path(self.unlimited, &self.task, self.targets, self.length, q).into_iter().all(|reached| reached)
+        onto_path(self.robot, &self.task, self.targets, self.length, q).into_iter().all(|reached| reached)
     }
 
     /// Objective at every posture, with derivatives if asked for.

@@ -6,8 +6,8 @@
 //! objective's Hessian alone, as in (3.63), convergence is linear only.
 
 use crate::index::sized::Evaluation;
-use crate::inverse::damped_step;
 use crate::kinematics::sized::{Jacobian, jacobian_rate};
+use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::vector::dot;

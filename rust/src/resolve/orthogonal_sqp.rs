@@ -8,7 +8,7 @@ use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
-use crate::robot::{Limits, Robot};
+use crate::robot::Robot;
 use crate::task::Task;
 
 /// Largest free motion of a joint in one step [rad or m].
@@ -53,8 +53,6 @@ impl Settings {
 #[derive(Debug, Clone)]
 pub struct OrthogonalSqp {
     pub(super) robot: Arc<Robot>,
-    /// The same robot without limits, for searches that need not keep them.
-    pub(super) unlimited: Arc<Robot>,
     pub(super) task: Task,
     pub(super) objective: Objective,
     pub(super) settings: Settings,
@@ -72,8 +70,7 @@ impl OrthogonalSqp {
                 &format!("at least {} joints, the dimension of the task", task.dimension()),
             ));
         }
-        let unlimited = Arc::new(robot.with_limits(Limits::none(robot.n()))?);
-        Ok(Self { robot, unlimited, task, objective, settings })
+        Ok(Self { robot, task, objective, settings })
     }
 
     /// The robot.

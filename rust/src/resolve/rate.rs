@@ -1,8 +1,8 @@
 //! One step of the methods that resolve redundancy at the level of rates (Huo 2009): twist decomposition, the subject of that thesis, and its
 //! rivals, each as `h + x` with h the motion that the secondary task asks for and x the shortest solution of the method's own system.
 
-use crate::inverse::damped_step;
 use crate::kinematics::sized::Jacobian;
+use crate::linalg::damped::damped_step;
 use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;

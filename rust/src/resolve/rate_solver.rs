@@ -6,11 +6,11 @@ use super::rate::{Method, Situation};
 use super::secondary::{Memory, Secondary};
 use super::solve::{Solution, SolveStatus};
 use crate::error::{Error, Result, check_finite, check_positive};
-use crate::inverse::{Postures, reach};
+use crate::inverse::reach_sized;
 use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::{MAX_JOINTS, Row6, size};
-use crate::robot::{Limits, Robot};
+use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
@@ -82,8 +82,6 @@ pub enum RateStatus {
 #[derive(Debug, Clone)]
 pub struct RateSolver {
     robot: Arc<Robot>,
-    /// The same robot without limits, for searches that need not keep them.
-    unlimited: Arc<Robot>,
     task: Task,
     method: Method,
     secondary: Secondary,
@@ -182,8 +180,7 @@ impl RateSolver {
                 Some(std::array::from_fn(|i| values.get(i).copied().unwrap_or(1.0)))
             }
         };
-        let unlimited = Arc::new(robot.with_limits(Limits::none(n))?);
-        Ok(Self { robot, unlimited, task, method, secondary, weights, settings })
+        Ok(Self { robot, task, method, secondary, weights, settings })
     }
 
     /// The robot.
@@ -322,7 +319,7 @@ impl RateSolver {
             let mut direct = [0.0; MAX_JOINTS];
             direct[..n].copy_from_slice(&q0[..n]);
             let (length, tolerance) = (self.settings.length, self.settings.tolerance);
-            let found = reach::<C>(&self.unlimited, &self.task, target, length, &mut direct[..n], tolerance, REACH_ITERATIONS);
+            let found = reach_sized::<C>(&self.robot, None, &self.task, target, length, &mut direct[..n], tolerance, REACH_ITERATIONS);
             done += found.iterations;
             if found.error <= tolerance.max(0.5 * ON_TARGET) {
                 q = direct;
@@ -367,30 +364,26 @@ impl RateSolver {
     /// the ranges. `None` if the target was never reached.
     pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
         let n = self.robot.n();
-        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
-        let mut postures = Postures::new(seed);
+        let limits = self.settings.limits.then(|| self.robot.limits());
+        let mut postures = RandomPostures::new(seed);
         let mut best: Option<(f64, Solution)> = None;
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];
             postures.fill(&self.robot, &mut q[..n]);
             let tolerance = self.settings.tolerance;
-            let found = reach::<C>(robot, &self.task, target, self.settings.length, &mut q[..n], tolerance, REACH_ITERATIONS);
+            let found =
+                reach_sized::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], tolerance, REACH_ITERATIONS);
             if found.error > tolerance.max(0.5 * ON_TARGET) {
                 continue;
             }
             let solution = self.solve::<C>(target, &q[..n], &mut Memory::default());
             let inside = !self.settings.limits || self.robot.limits().margin(&solution.q[..n]) >= 0.0;
-            let cost = if solution.value.is_nan() { self.distance_from_middle(&solution.q[..n]) } else { solution.value };
+            let cost = if solution.value.is_nan() { self.robot.distance_from_middle(&solution.q[..n]) } else { solution.value };
             if solution.status != SolveStatus::Unreachable && inside && best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, solution));
             }
         }
         best.map(|(_, solution)| solution)
-    }
-
-    fn distance_from_middle(&self, q: &[f64]) -> f64 {
-        let middle = |i: usize| self.robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle);
-        (0..q.len()).map(|i| (q[i] - middle(i)).powi(2)).sum()
     }
 
     /// Along the targets, each from the posture of the one before.

@@ -4,14 +4,13 @@ use super::newton_step::{Bounds, Known, StepStatus, newton_step};
 use super::orthogonal_sqp::{OrthogonalSqp, RADIUS};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
-use crate::inverse::{Postures, reach};
+use crate::inverse::reach_sized;
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::robot::Joint;
+use crate::robot::RandomPostures;
 use crate::task::Target;
-use std::f64::consts::TAU;
 
 /// Trial lengths of one step.
 const MAX_HALVINGS: usize = 12;
@@ -76,9 +75,9 @@ impl OrthogonalSqp {
     #[inline(always)]
     fn restore<const C: usize>(&self, target: &Target, q: &mut [f64; C], iterations: usize) -> (bool, usize) {
         let n = size::<C>(self.robot.n());
-        let robot = if self.settings.limits { &self.robot } else { &self.unlimited };
+        let limits = self.settings.limits.then(|| self.robot.limits());
         let tolerance = self.settings.tolerance;
-        let found = reach::<C>(robot, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
+        let found = reach_sized::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 
@@ -162,13 +161,13 @@ impl OrthogonalSqp {
     /// The best solution from `starts` random postures within the limits; `None` if the target was never reached.
     pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
         let n = self.robot.n();
-        let mut postures = Postures::new(seed);
+        let mut postures = RandomPostures::new(seed);
         let mut best: Option<Solution> = None;
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];
             postures.fill(&self.robot, &mut q[..n]);
             let mut solution = self.solve::<C>(target, &q[..n]);
-            self.unwind(&mut solution.q[..n]);
+            self.robot.turn(&mut solution.q[..n]);
             if solution.status != SolveStatus::Unreachable && best.as_ref().is_none_or(|b| self.prefers(&solution, b)) {
                 best = Some(solution);
             }
@@ -176,23 +175,9 @@ impl OrthogonalSqp {
         best
     }
 
-    /// Takes whole turns off revolute joints until each is as near to the middle of its range as it can be: the same posture.
-    fn unwind(&self, q: &mut [f64]) {
-        for i in 0..q.len() {
-            if self.robot.joints()[i] == Joint::Revolute {
-                q[i] -= TAU * ((q[i] - self.middle(i)) / TAU).round();
-            }
-        }
-    }
-
-    /// The middle of a joint's range, 0 without limits.
-    fn middle(&self, i: usize) -> f64 {
-        self.robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle)
-    }
-
     /// Whether solution `a` beats `b`: by value, and among equals (mirrored postures, whole turns) by distance from the middle of the ranges.
     fn prefers(&self, a: &Solution, b: &Solution) -> bool {
-        let distance = |s: &Solution| (0..self.robot.n()).map(|i| (s.q[i] - self.middle(i)).powi(2)).sum::<f64>();
+        let distance = |s: &Solution| self.robot.distance_from_middle(&s.q[..self.robot.n()]);
         let tie = 1e-9 * b.value.abs();
         a.value < b.value - tie || (a.value <= b.value + tie && distance(a) < distance(b) - 1e-6)
     }

@@ -4,6 +4,12 @@ use std::f64::consts::TAU;
 
 use crate::error::{Error, Result};
 
+/// The angle that is another up to whole turns and nearest to a third.
+#[inline(always)]
+pub fn nearest_turn(angle: f64, to: f64) -> f64 {
+    angle - TAU * ((angle - to) / TAU).round()
+}
+
 /// Limits of position, speed and acceleration; infinite where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -64,16 +70,27 @@ impl Limits {
         self.is_bounded(i).then(|| (0.5 * (self.q_min[i] + self.q_max[i]), 0.5 * (self.q_max[i] - self.q_min[i])))
     }
 
+    /// The middle of the range of joint `i`; where it lacks a limit, the coordinate next to 0 that the other one allows.
+    #[inline]
+    pub fn middle(&self, i: usize) -> f64 {
+        self.middle_and_half(i).map_or_else(|| 0f64.clamp(self.q_min[i], self.q_max[i]), |(middle, _)| middle)
+    }
+
     /// An angle of joint `i` by whole turns nearest to the middle of its range: to 0 without limits, to the limit with one that it is beyond.
     #[inline(always)]
     pub fn turned(&self, i: usize, angle: f64) -> f64 {
         let middle = self.middle_and_half(i).map_or(0.0, |(middle, _)| middle);
-        let near = angle - TAU * ((angle - middle) / TAU).round();
+        let near = nearest_turn(angle, middle);
         match (self.q_min[i].is_finite(), self.q_max[i].is_finite()) {
             (true, false) if near < self.q_min[i] => near + TAU * ((self.q_min[i] - near) / TAU).ceil(),
             (false, true) if near > self.q_max[i] => near - TAU * ((near - self.q_max[i]) / TAU).ceil(),
             _ => near,
         }
+    }
+
+    /// Whether `q` is within the position limits; NaN is not.
+    pub fn contain(&self, q: &[f64]) -> bool {
+        (0..q.len()).all(|i| q[i] >= self.q_min[i] && q[i] <= self.q_max[i])
     }
 
     /// The smallest distance of `q` to a limit, negative outside [rad or m]; infinite without limits.

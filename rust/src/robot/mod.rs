@@ -3,10 +3,12 @@
 mod dh;
 mod fixed;
 mod limits;
+mod random;
 pub(crate) mod urdf;
 
 pub use dh::{Convention, DhTable};
-pub use limits::Limits;
+pub use limits::{Limits, nearest_turn};
+pub use random::RandomPostures;
 
 use crate::error::{Error, Result};
 use crate::linalg::{MAX_JOINTS, frame::Frame};
@@ -153,6 +155,25 @@ impl Robot {
     /// Limits.
     pub fn limits(&self) -> &Limits {
         &self.limits
+    }
+
+    /// The middle posture: each joint in the middle of its range ([`Limits::middle`]).
+    pub fn middle(&self) -> Vec<f64> {
+        (0..self.n()).map(|i| self.limits.middle(i)).collect()
+    }
+
+    /// Takes revolute joints by whole turns to where their limits want them ([`Limits::turned`]): the same posture.
+    pub fn turn(&self, q: &mut [f64]) {
+        for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
+            if *joint == Joint::Revolute {
+                q[i] = self.limits.turned(i, q[i]);
+            }
+        }
+    }
+
+    /// The squared distance of a posture from the middle one: what decides among postures that are equal in all else.
+    pub fn distance_from_middle(&self, q: &[f64]) -> f64 {
+        q.iter().enumerate().map(|(i, x)| (x - self.limits.middle(i)).powi(2)).sum()
     }
 
     /// The DH table it was made from, if it was.

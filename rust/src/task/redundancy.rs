@@ -1,11 +1,10 @@
 //! How redundant a robot is for a task.
 
 use super::Task;
-use crate::inverse::Postures;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::svd::Svd;
-use crate::robot::Robot;
+use crate::robot::{RandomPostures, Robot};
 
 /// Postures tried: only special ones have less than the full rank.
 const POSTURES: usize = 8;
@@ -17,7 +16,7 @@ impl Task {
     /// motions that the robot's tool can make at all. The second is negative when the robot cannot do the task.
     pub fn redundancy(&self, robot: &Robot) -> (usize, isize) {
         let n = robot.n();
-        let mut postures = Postures::new(1);
+        let mut postures = RandomPostures::new(1);
         let mut q = [0.0; MAX_JOINTS];
         let mut operational = 0;
         for _ in 0..POSTURES {

@@ -15,7 +15,7 @@ use crate::task::PyTask;
 use redundancy::error::{Error, check_finite};
 use redundancy::linalg::frame::Frame;
 use redundancy::plan::{Criterion, Kind, PathProblem, RefineStatus, Refined, SpinRange, least_value, onto_path, refine};
-use redundancy::robot::{Limits, Robot};
+use redundancy::robot::Robot;
 use redundancy::task::{Target, Task};
 use redundancy::with_capacity;
 
@@ -125,10 +125,8 @@ pub fn refine_path<'py>(
         }
     }
     let terms = objective.map(|objective| objective.objective.clone());
-    let unlimited = ok(robot.robot.with_limits(Limits::none(n)))?;
     let problem = PathProblem {
         robot: &robot.robot,
-        unlimited: &unlimited,
         task: task.task,
         targets: &owned.targets,
         objective: terms.as_ref(),
@@ -206,19 +204,15 @@ pub fn least_value_py<'py>(
         }
         .into());
     }
-    let unlimited = ok(robot.robot.with_limits(Limits::none(n)))?;
     let found = py.detach(|| {
-        with_capacity!(
-            n,
-            least((&robot.robot, &unlimited), task.task, &target, &postures, &values, &objective.objective, limits, length, spin.as_ref())
-        )
+        with_capacity!(n, least(&robot.robot, task.task, &target, &postures, &values, &objective.objective, limits, length, spin.as_ref()))
     });
     objective.check()?;
     Ok(found)
 }
 
 fn least<const C: usize>(
-    (robot, unlimited): (&Robot, &Robot),
+    robot: &Robot,
     task: Task,
     target: &[Target],
     postures: &[f64],
@@ -230,7 +224,6 @@ fn least<const C: usize>(
 ) -> f64 {
     let problem = PathProblem {
         robot,
-        unlimited,
         task,
         targets: target,
         objective: Some(objective),
@@ -266,8 +259,7 @@ pub fn restore_path<'py>(
             Error::Shape { name: "q".into(), got: format!("{} numbers", rows.len()), expected: format!("{}", targets.len() * n) }.into()
         );
     }
-    let unlimited = ok(robot.robot.with_limits(Limits::none(n)))?;
-    let reached = py.detach(|| with_capacity!(n, restored(&unlimited, task.task, &targets, &mut rows, length)));
+    let reached = py.detach(|| with_capacity!(n, restored(&robot.robot, task.task, &targets, &mut rows, length)));
     let array = output(py, None, [targets.len(), n])?;
     elements(&array).copy_from_slice(&rows);
     Ok((array, PyArray1::from_vec(py, reached)))

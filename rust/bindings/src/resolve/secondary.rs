@@ -89,7 +89,7 @@ impl PyPosturePull {
     fn pull(&self, robot: &Robot) -> PyResult<PosturePull> {
         let n = robot.n();
         let none = vec![0.0; n];
-        let ranges: Vec<f64> = (0..n).map(|i| robot.limits().middle_and_half(i).map_or(0.0, |(middle, _)| middle)).collect();
+        let ranges = robot.middle();
         let (k, middle) = (self.k.as_ref().unwrap_or(&none), self.middle.as_ref().unwrap_or(&ranges));
         ok(PosturePull::new(robot, &self.w, k, middle, self.threshold, self.length))
     }

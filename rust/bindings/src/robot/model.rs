@@ -10,14 +10,14 @@ use pyo3::types::PyDict;
 
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
-use crate::inverse::{self, Wanted, read_fixed};
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::robot::inverse::{self, Wanted, read_fixed};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
 use redundancy::kinematics::{first_derivative, forward, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::robot::{Robot, parse_joints};
+use redundancy::robot::{RandomPostures, Robot, parse_joints};
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -328,6 +328,57 @@ impl PyRobot {
         Ok(ok(self.robot.with_fixed(&read_fixed(fixed)?))?.into())
     }
 
+    /// The middle posture, shape (n,) [rad or m]: each joint in the middle of its range; where it lacks a limit, next to 0.
+    #[getter]
+    fn middle<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.robot.middle())
+    }
+
+    /// The same posture with revolute joints by whole turns nearest to the middle of their ranges: within the limits if any copy is.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     The posture, nearest to 0 where a joint has no limits, to its limit where it has one and is beyond it.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError
+    ///     If ``q`` has the wrong shape or a number that is not finite.
+    fn turned<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (n, mut posture) = (self.robot.n(), [0.0; MAX_JOINTS]);
+        read_vector("q", q, n, &mut posture)?;
+        self.robot.turn(&mut posture[..n]);
+        Ok(vector(py, &posture[..n]))
+    }
+
+    /// Random postures within the limits.
+    ///
+    /// Parameters
+    /// ----------
+    /// count : int
+    ///     How many.
+    /// seed : int
+    ///     The same seed gives the same postures.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (count, n)
+    ///     Uniform within the limits [rad or m]; a joint without limits turns within a turn about 0 or slides within 1 m to each side, one with
+    ///     a single limit as much next to it.
+    #[pyo3(signature = (count, seed=0))]
+    fn random_postures<'py>(&self, py: Python<'py>, count: usize, seed: u64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let array = output(py, None, [count, self.robot.n()])?;
+        let mut postures = RandomPostures::new(seed);
+        elements(&array).chunks_exact_mut(self.robot.n()).for_each(|q| postures.fill(&self.robot, q));
+        Ok(array)
+    }
+
     /// Every posture that takes the tool to a frame.
     ///
     /// Parameters
@@ -375,8 +426,8 @@ impl PyRobot {
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let found = inverse::solve(py, &self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
-        if report { Ok(inverse::report(py, found).into_pyobject(py)?.into_any()) } else { Ok(found.0.into_any()) }
+        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
+        if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
     }
 
     /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are

@@ -6,11 +6,11 @@ use super::solver::{CLOSED, POLISH, VERIFIED};
 use super::structure::{Turned, meeting, point, square};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
-use crate::inverse::newton::reach;
+use crate::inverse::newton::reach_sized;
 use crate::kinematics::sized::link_frames;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
-use crate::robot::{Joint, Limits, Robot};
+use crate::robot::{Joint, Robot};
 use crate::task::{Target, Task};
 
 /// How near the axes of shoulder and wrist have to meet, relative to the size of the arm.
@@ -25,8 +25,6 @@ const STRAIGHT: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct ArmAngle {
     robot: Robot,
-    /// Without limits, for polishing.
-    unlimited: Robot,
     size: f64,
     links: [Frame; 7],
     end: Frame,
@@ -56,17 +54,7 @@ impl ArmAngle {
         };
         let (shoulder, wrist) = (point_of(1).ok_or_else(refused)?, point_of(5).ok_or_else(refused)?);
         let elbow = links[3].origin[2] - shoulder.1;
-        let unlimited = robot.with_limits(Limits::none(7))?;
-        Ok(Self {
-            robot: robot.clone(),
-            unlimited,
-            size,
-            links,
-            end: *robot.end(),
-            shoulder,
-            wrist,
-            upward: if elbow < 0.0 { -1.0 } else { 1.0 },
-        })
+        Ok(Self { robot: robot.clone(), size, links, end: *robot.end(), shoulder, wrist, upward: if elbow < 0.0 { -1.0 } else { 1.0 } })
     }
 
     /// Where the shoulder is.
@@ -103,7 +91,7 @@ impl ArmAngle {
     fn verify(&self, target: &Frame, found: &mut Solutions<7>) {
         let wanted = Target { position: target.origin, axis: None, frame: target.axes };
         found.retain(|q, _| {
-            let got = reach::<8>(&self.unlimited, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH);
+            let got = reach_sized::<8>(&self.robot, None, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH);
             for (i, x) in q.iter_mut().enumerate() {
                 *x = self.robot.limits().turned(i, *x);
             }

@@ -1,6 +1,6 @@
 //! What an inverse solver finds.
 
-use std::f64::consts::TAU;
+use crate::robot::nearest_turn;
 
 /// A chain of six revolute joints has at most 16 solutions (Primrose 1986).
 pub const MAX_SOLUTIONS: usize = 16;
@@ -82,8 +82,5 @@ impl<const N: usize> Solutions<N> {
 /// Whether two postures are the same up to whole turns.
 #[inline(always)]
 fn same<const N: usize>(a: &[f64; N], b: &[f64; N], tolerance: f64) -> bool {
-    (0..N).all(|k| {
-        let apart = a[k] - b[k];
-        (apart - TAU * (apart / TAU).round()).abs() <= tolerance
-    })
+    (0..N).all(|k| nearest_turn(a[k] - b[k], 0.0).abs() <= tolerance)
 }

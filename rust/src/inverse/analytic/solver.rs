@@ -10,13 +10,13 @@ use super::structure::{Loop, Structure, Turn, Turned, angle_of, entered, point, 
 use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::general::general;
-use crate::inverse::newton::reach;
+use crate::inverse::newton::reach_sized;
 use crate::kinematics::sized::{forward_of, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::{Lanes, Real};
 use crate::linalg::vector::norm;
-use crate::robot::{Joint, Limits, Robot};
+use crate::robot::{Joint, Robot};
 use crate::task::{Target, Task};
 
 /// Error of a pose [rad, m over the size of the robot] below which nothing is polished: next to a singularity even this moves joints.
@@ -34,8 +34,6 @@ pub const POLISH: usize = 8;
 #[derive(Debug, Clone)]
 pub struct Inverse {
     robot: Arc<Robot>,
-    /// Without limits, for polishing.
-    unlimited: Robot,
     links: Loop,
     structure: Structure,
     size: f64,
@@ -48,12 +46,11 @@ impl Inverse {
             let got = format!("joints {:?}", robot.joint_letters());
             return Err(Error::value("robot", got, "six revolute joints, the others held (fixed), or an arm_angle"));
         }
-        let unlimited = robot.with_limits(Limits::none(6))?;
         let mut links: Loop = std::array::from_fn(|i| robot.links()[(i + 1) % 6]);
         links[5] = Frame::IDENTITY;
         let structure = Structure::of(&links);
         let size = links.iter().map(|link| norm(link.origin)).sum::<f64>() + norm(robot.end().origin);
-        Ok(Self { robot, unlimited, links, structure, size: if size > 0.0 { size } else { 1.0 } })
+        Ok(Self { robot, links, structure, size: if size > 0.0 { size } else { 1.0 } })
     }
 
     /// The robot.
@@ -111,8 +108,11 @@ impl Inverse {
         found.retain(|q, singular| {
             let error = errors[i];
             i += 1;
-            let error =
-                if error <= CLOSED { error } else { reach::<6>(&self.unlimited, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH).error };
+            let error = if error <= CLOSED {
+                error
+            } else {
+                reach_sized::<6>(&self.robot, None, &Task::FULL, &wanted, self.size, q, CLOSED, POLISH).error
+            };
             self.centre(q);
             if self.structure == Structure::General {
                 *singular = self.is_singular(q);

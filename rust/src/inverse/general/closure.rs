@@ -3,7 +3,7 @@
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{cross, sub};
 
-use super::gauss::Gauss;
+use crate::linalg::lu::Lu;
 
 /// What a closed loop may miss by, in rad and in the unit of its lengths.
 const CLOSED: f64 = 1e-10;
@@ -40,7 +40,7 @@ pub fn polished(links: &[Frame; 6], q: &[f64; 6]) -> Option<[f64; 6]> {
         if size < EXACT {
             break;
         }
-        let step = Gauss::new(jacobian).solve(&error, 1e-14);
+        let step = Lu::new(jacobian).solve(&error, 1e-14);
         let length = step.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shorter = (LONGEST_STEP / length).min(1.0);
         for i in 0..6 {
@@ -52,7 +52,7 @@ pub fn polished(links: &[Frame; 6], q: &[f64; 6]) -> Option<[f64; 6]> {
 
 /// The solutions on both sides of one that is nearly singular: Newton's method from either side of a fold ends on that side.
 pub fn twins(links: &[Frame; 6], q: &[f64; 6]) -> [Option<[f64; 6]>; 2] {
-    let along = Gauss::new(closure(links, q).1).null_vector();
+    let along = Lu::new(closure(links, q).1).null_vector();
     [FOLD, -FOLD].map(|step| polished(links, &std::array::from_fn(|i| q[i] + step * along[i])))
 }
 

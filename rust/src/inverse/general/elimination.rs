@@ -2,6 +2,7 @@
 //! two joints, with coefficients that are affine in the cosine and sine of a third.
 
 use crate::linalg::frame::Frame;
+use crate::linalg::left_null::left_null_space;
 use crate::linalg::vector::{Vec3, add, cross, dot, scale};
 
 /// How many scalar equations the six vectors and scalars of [`Moments`] make.
@@ -102,7 +103,7 @@ pub fn eliminated(links: &[Frame; 6]) -> Pencil {
     let [l1, l2, l6] = [0, 1, 5].map(|i: usize| links[i].inverse());
     // Turning backwards only changes the sign of sines, which are eliminated whatever their sign.
     let far = seen_through(Moments::axis(&l6), [&l1, &l2]).map(|m| m.equations());
-    let annihilator = left_null(std::array::from_fn(|c| far[c]));
+    let annihilator: [_; LEFT] = left_null_space::<EQUATIONS, 8, LEFT>(std::array::from_fn(|c| far[c]));
     let mut pencil = Pencil { constant: [[0.0; PRODUCTS]; LEFT], cosine: [[0.0; PRODUCTS]; LEFT], sine: [[0.0; PRODUCTS]; LEFT] };
     for (r, n) in annihilator.iter().enumerate() {
         for (c, moments) in near.iter().enumerate() {
@@ -116,48 +117,4 @@ pub fn eliminated(links: &[Frame; 6]) -> Pencil {
         pencil.constant[r][PRODUCTS - 1] -= (0..EQUATIONS).map(|i| n[i] * far[PRODUCTS - 1][i]).sum::<f64>();
     }
     pencil
-}
-
-/// Six orthonormal vectors orthogonal to eight columns, by Householder reflections with column pivoting, which leaves
-/// them orthogonal where the columns depend on each other, too.
-fn left_null(mut columns: [[f64; EQUATIONS]; 8]) -> [[f64; EQUATIONS]; LEFT] {
-    for k in 0..8 {
-        let square = |c: &[f64; EQUATIONS]| c[k..].iter().map(|x| x * x).sum::<f64>();
-        let (mut best, mut largest) = (k, square(&columns[k]));
-        for j in k + 1..8 {
-            let size = square(&columns[j]);
-            if size > largest {
-                (best, largest) = (j, size);
-            }
-        }
-        columns.swap(k, best);
-        let mut reflector = [0.0; EQUATIONS];
-        reflector[k..].copy_from_slice(&columns[k][k..]);
-        reflector[k] += largest.sqrt().copysign(reflector[k]);
-        let length = reflector.iter().map(|x| x * x).sum::<f64>();
-        if length > 0.0 {
-            let unit = 2.0f64.sqrt() / length.sqrt();
-            reflector = reflector.map(|x| x * unit);
-            for column in &mut columns[k + 1..] {
-                reflect(column, &reflector);
-            }
-        }
-        columns[k] = reflector;
-    }
-    let mut null = [[0.0; EQUATIONS]; LEFT];
-    for (i, vector) in null.iter_mut().enumerate() {
-        vector[8 + i] = 1.0;
-        for reflector in columns.iter().rev() {
-            reflect(vector, reflector);
-        }
-    }
-    null
-}
-
-/// (1 - v v') x, for v of squared length two.
-fn reflect(x: &mut [f64; EQUATIONS], v: &[f64; EQUATIONS]) {
-    let along: f64 = (0..EQUATIONS).map(|i| v[i] * x[i]).sum();
-    for i in 0..EQUATIONS {
-        x[i] -= along * v[i];
-    }
 }

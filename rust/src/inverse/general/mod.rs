@@ -3,16 +3,15 @@
 
 mod closure;
 mod elimination;
-mod gauss;
 mod polynomial;
 
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, dot, norm, scale};
 use std::f64::consts::TAU;
 
+use crate::linalg::lu::Lu;
 use closure::{polished, turned, twins};
 use elimination::{Moments, Pencil, eliminated};
-use gauss::Gauss;
 use polynomial::{Harmonics, MOST, Multiplicity, Root, SAMPLES, START};
 
 /// Harmonics that should vanish, over those that should not, above which a determinant tells nothing.
@@ -97,7 +96,7 @@ fn one_joint_hidden(links: &[Frame; 6], found: &mut impl FnMut(&[f64; 6])) -> bo
     let pencil = eliminated(links);
     let samples: [f64; SAMPLES] = std::array::from_fn(|i| {
         let (s, c) = (START + TAU * i as f64 / SAMPLES as f64).sin_cos();
-        Gauss::new(matrix(&pencil, c, s)).determinant()
+        Lu::new(matrix(&pencil, c, s)).determinant()
     });
     let determinant = Harmonics::new(&samples);
     if determinant.noise.is_nan() || determinant.noise > NOISE {
@@ -121,7 +120,7 @@ fn one_joint_hidden(links: &[Frame; 6], found: &mut impl FnMut(&[f64; 6])) -> bo
 fn explained(links: &[Frame; 6], pencil: &Pencil, root: Root, found: &mut impl FnMut(&[f64; 6])) -> bool {
     let (s, c) = root.angle.sin_cos();
     let matrix = matrix(pencil, c, s);
-    let factors = Gauss::new(matrix);
+    let factors = Lu::new(matrix);
     let mut first: Option<[f64; 6]> = None;
     let mut second = false;
     let mut try_angles = |(q4, q5): (f64, f64)| {

@@ -3,12 +3,12 @@
 use super::solver::{QuadraticMemory, QuadraticSettings, QuadraticSolver, Tick};
 use crate::error::Result;
 use crate::index::Order;
-use crate::inverse::{Postures, reach};
+use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::{Solution, SolveStatus};
-use crate::robot::Limits;
+use crate::robot::{Limits, RandomPostures};
 use crate::task::Target;
 
 /// Steps towards a target.
@@ -67,7 +67,16 @@ impl QuadraticSolver {
             }
         }
         let length = self.settings().length;
-        let found = reach::<C>(self.robot(), self.task(), target, length, &mut q[..n], TOLERANCE, REACH_ITERATIONS);
+        let found = reach_sized::<C>(
+            self.robot(),
+            Some(self.robot().limits()),
+            self.task(),
+            target,
+            length,
+            &mut q[..n],
+            TOLERANCE,
+            REACH_ITERATIONS,
+        );
         self.solution::<C>(target, q, STEPS + found.iterations)
     }
 
@@ -94,7 +103,7 @@ impl QuadraticSolver {
     /// The best of `starts` random postures on the target; `None` if it was never reached.
     pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
         let n = self.robot().n();
-        let mut postures = Postures::new(seed);
+        let mut postures = RandomPostures::new(seed);
         let mut best: Option<Solution> = None;
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];

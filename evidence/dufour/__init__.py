@@ -1,0 +1,1 @@
+"""The scenarios of Dufour and Suleiman (2020)."""

@@ -1,0 +1,1 @@
+"""The examples of Huo (2009) beside those of this package."""

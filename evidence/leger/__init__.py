@@ -1,0 +1,1 @@
+"""The figures of Leger (2014) beside those of this package."""

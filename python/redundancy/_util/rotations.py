@@ -1,0 +1,76 @@
+"""Rotations about an axis, and what belongs to an axis."""
+
+import numpy as np
+
+from .arrays import F64
+
+
+def turns(axis: F64, angle: F64) -> F64:
+    """Return the rotations by angles about axes (Rodrigues' formula).
+
+    Parameters
+    ----------
+    axis : ndarray, shape (3,) or (N, 3)
+        Axes of any length; about a zero axis there is no rotation.
+    angle : ndarray, shape (N,)
+        Angles [rad].
+
+    Returns
+    -------
+    ndarray, shape (N, 3, 3)
+        Rotation matrices.
+    """
+    length = np.linalg.norm(axis, axis=-1, keepdims=True)
+    x, y, z = np.moveaxis(axis / np.where(length > 0.0, length, 1.0), -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*np.shape(x), 3, 3)
+    sine, versine = np.sin(angle)[:, None, None], (1.0 - np.cos(angle))[:, None, None]
+    rotations: F64 = np.eye(3) + sine * cross + versine * (cross @ cross)
+    return rotations
+
+
+def between(start: F64, end: F64) -> tuple[F64, F64]:
+    """Return the smallest rotations from unit vectors to others.
+
+    Parameters
+    ----------
+    start, end : ndarray, shape (N, 3)
+        Unit vectors.
+
+    Returns
+    -------
+    axis : ndarray, shape (N, 3)
+        Axes, not of unit length; zero between vectors that are parallel.
+    angle : ndarray, shape (N,)
+        Angles [rad], from 0 to pi.
+    """
+    normal = np.cross(start, end)
+    return normal, np.arctan2(np.linalg.norm(normal, axis=1), (start * end).sum(axis=1))
+
+
+def axis_angle(rotation: F64) -> tuple[F64, F64]:
+    """Return axis and angle of rotations.
+
+    Parameters
+    ----------
+    rotation : ndarray, shape (N, 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    axis : ndarray, shape (N, 3)
+        Axes, 2 sin(angle) long: zero for no turn and for a half turn.
+    angle : ndarray, shape (N,)
+        Angles [rad], from 0 to pi.
+    """
+    skew = rotation - rotation.transpose(0, 2, 1)
+    axis = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+    return axis, np.arctan2(np.linalg.norm(axis, axis=1), np.trace(rotation, axis1=1, axis2=2) - 1.0)
+
+
+def perpendicular(vector: F64) -> F64:
+    """Return a unit vector perpendicular to a unit vector, both of shape (3,)."""
+    other = np.eye(3)[np.argmin(np.abs(vector))]
+    normal = np.cross(vector, other)
+    result: F64 = normal / np.linalg.norm(normal)
+    return result

@@ -1,0 +1,176 @@
+"""Job files: a robot, an objective, a task and a path in one TOML file.
+
+::
+
+    robot = "fanuc_m710ic50_milling"     # a packaged robot, or a .toml or .urdf file beside the job file
+
+    [objective]
+    length_mm = 485.5933                 # characteristic length (or length, in m); the robot's own if left out
+    weights = { condition_number_squared = 1.0 }
+
+    [task]
+    kind = "axisymmetric"                # or "position"; "full" needs a path with rotations
+    axis = [0, 0, 1]                     # the tool's axis in the tool frame
+
+    [path]
+    helix = { radius_mm = 250, pitch_mm_per_rad = 159.155, start_deg = 0, stop_deg = 90, center_mm = [1300, 1000, 0] }
+    # or: file = "path.csv"
+
+    [plan]                               # for ``redundancy plan`` and ``map``; all of it may be left out
+    criterion = "minimax"                # or "integral", "motion"
+    smoothness = 1e-3                    # weight of the motion; next to nothing if left out
+    angles = 48                          # grid of the search: spins, points of the path, values of each spare joint
+    layers = 32
+    spare_values = 24
+    spin_range_deg = [-90, 90]           # a whole turn if left out
+    spare = [7]                          # joints on the grid, counted from 1; chosen if left out
+    closed = false
+    limits = true
+    branch_changes = false
+    warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from .. import robots
+from .._core import (
+    Objective,
+    OrthogonalSQP,
+    Robot,
+    Task,
+)
+from ..design import minimum_condition_posture
+from ..errors import RedundancyError
+from ..files import Table, read_document
+from ..paths import Toolpath, path_of_table
+from .plan_table import PlanSettings, read_plan
+
+_KINDS: Final = Objective.kinds()
+_WEIGHTS: Final = (*_KINDS, *(f"{name}_squared" for name, of_jacobian in _KINDS.items() if of_jacobian))
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a job file asks for; ``objective_name`` is the objective in words."""
+
+    file: Path
+    robot: Robot
+    objective: Objective
+    objective_name: str
+    task: Task
+    path: Toolpath
+    plan: PlanSettings
+
+    def solver(self) -> OrthogonalSQP:
+        """Return the solver of the job."""
+        return OrthogonalSQP(self.robot, self.task, self.objective)
+
+
+def read_job(file: str | Path) -> Job:
+    """Read a job file.
+
+    Parameters
+    ----------
+    file : path-like
+        The file; its keys are those of this module's docstring.
+
+    Returns
+    -------
+    Job
+        In SI units.
+
+    Raises
+    ------
+    OSError
+        If the file or one that it names cannot be opened.
+    ToolpathError
+        If it is malformed (``file:line:column: ...``), or the path in it is wrong.
+    InvalidValueError
+        If another key is missing, unknown or wrong (``file: key: ...``).
+    UnknownRobotError, ModelError
+        If its robot does not exist or is wrong.
+    """
+    file = Path(file)
+    document = read_document(file)
+    document.only("robot", "objective", "task", "path", "plan")
+    robot = robots.find(document.text("robot"), file.parent)
+    task = _task(document.table("task"))
+    path = path_of_table(document.table("path"), file)
+    length, weights = _objective(document.table("objective"))
+    plan = read_plan(document.table("plan"), robot, file.parent)
+    try:
+        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan)
+        # What does not fit together shows here, while the file is known.
+        job.solver()
+        path.targets(task)
+    except RedundancyError as error:
+        raise document.fail(str(error)) from error
+    return job
+
+
+def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) -> Objective:
+    """Return the weighted sum of indices by their names in job files.
+
+    Parameters
+    ----------
+    weights : dict
+        Weight of each index.
+    length : float or None
+        Characteristic length [m]; the robot's own if None.
+    robot : Robot
+        The robot.
+
+    Returns
+    -------
+    Objective
+        What is minimised.
+
+    Raises
+    ------
+    InvalidValueError
+        If the length is not positive, or the indices are not defined for the robot.
+    """
+    rows = robot.rows_in_use()
+    if length is None:
+        length = minimum_condition_posture(robot, starts=16, rows=rows).length
+    return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))
+
+
+def _in_words(weights: dict[str, float]) -> str:
+    """Return a weighted sum as people read it: "condition number squared + 0.1 limit barrier"."""
+    terms = [(weight, name.replace("_", " ")) for name, weight in weights.items() if weight != 0.0]
+    return " + ".join(name if weight == 1.0 else f"{weight:g} {name}" for weight, name in terms) or "0"
+
+
+def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
+    table.only("length", "length_mm", "weights")
+    weights = table.table("weights")
+    weights.only(*_WEIGHTS)
+    return table.length("length"), {key: weights.number(key) for key in weights.data} or {
+        "condition_number_squared": 1.0
+    }
+
+
+def _term(name: str, length: float, rows: list[int]) -> Objective:
+    base = name.removesuffix("_squared")
+    return Objective.named(base, length, rows, squared=base != name)
+
+
+def _task(table: Table) -> Task:
+    table.only("kind", "axis")
+    kind = table.text("kind", "axisymmetric", ("axisymmetric", "position", "full"))
+    if kind == "axisymmetric":
+        axis = table.array("axis", (3,)) if "axis" in table else np.array([0.0, 0.0, 1.0])
+        if not axis.any():
+            raise table.error("axis", "a vector that is not zero")
+        return Task.axisymmetric(axis)
+    if "axis" in table:
+        raise table.error("axis", f'nothing with kind = "{kind}"')
+    return Task.full() if kind == "full" else Task.position()

@@ -1,0 +1,20 @@
+"""Loops along a path: from point to point, from several starts, tick by tick."""
+
+from .following import Chunk, Solver, first_posture, follow, follow_without_spin
+from .start import CyclicStart, StartSearch, best_start, cyclic_start
+from .tracking import Tracking, stiffness_profile, track
+
+__all__ = [
+    "Chunk",
+    "CyclicStart",
+    "Solver",
+    "StartSearch",
+    "Tracking",
+    "best_start",
+    "cyclic_start",
+    "first_posture",
+    "follow",
+    "follow_without_spin",
+    "stiffness_profile",
+    "track",
+]

@@ -1,0 +1,318 @@
+"""Where a tool has to go."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import Task
+from .._transport import transport
+from .._util import F64, checked
+from ..errors import InvalidValueError, RedundancyError, ToolpathError
+from ..files import Table, path_source, read_document, read_toolpath, write_toolpath
+
+
+class PointError(InvalidValueError):
+    """A value is wrong at one point of a path, ``point``, counted from 0."""
+
+    def __init__(self, message: str, point: int = 0) -> None:
+        super().__init__(message)
+        self.point = point
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Toolpath:
+    """Positions and axis directions of a tool, in the robot's base frame.
+
+    Parameters
+    ----------
+    position : array_like, shape (N, 3)
+        Positions of the tool point [m], N at least 1.
+    axis : array_like, shape (N, 3)
+        Directions of the tool's axis, any length but zero; kept as unit vectors.
+    rotation : array_like, shape (N, 3, 3), optional
+        Orientations of the tool frame, for tasks that fix its spin too.
+    time : array_like, shape (N,), optional
+        Strictly increasing times [s].
+
+    Attributes
+    ----------
+    position, axis, rotation, time
+        The parameters as read-only float64 arrays; ``rotation`` and ``time`` may be None.
+
+    Raises
+    ------
+    ShapeError, NonFiniteError
+        If an array has the wrong shape or holds NaN or infinities.
+    InvalidValueError
+        If there is no point, an axis is zero, a rotation is none or time does not increase; the message names the
+        point, counted from 0.
+    """
+
+    position: F64
+    axis: F64
+    rotation: F64 | None
+    time: F64 | None
+
+    def __init__(
+        self,
+        position: ArrayLike,
+        axis: ArrayLike,
+        rotation: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+    ) -> None:
+        points = checked("position", position, (None, 3))
+        n = len(points)
+        if n == 0:
+            raise InvalidValueError("position has no points, expected at least 1")
+        set_field = object.__setattr__  # the class is frozen
+        set_field(self, "position", points)
+        set_field(self, "axis", _unit(checked("axis", axis, (n, 3))))
+        set_field(self, "rotation", None if rotation is None else _rotations(checked("rotation", rotation, (n, 3, 3))))
+        set_field(self, "time", None if time is None else _increasing(checked("time", time, (n,))))
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.position)
+
+    def __repr__(self) -> str:
+        return f"Toolpath({len(self)} points, {self.length:.4g} m)"
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]: the sum of the distances from point to point."""
+        return float(np.linalg.norm(np.diff(self.position, axis=0), axis=1).sum())
+
+    @property
+    def duration(self) -> float | None:
+        """Time from the first point to the last [s]; None without times."""
+        return None if self.time is None else float(self.time[-1] - self.time[0])
+
+    @property
+    def speed(self) -> F64 | None:
+        """Speed of the tool point [m/s], shape (N,), by differences; None without times."""
+        if self.time is None:
+            return None
+        if len(self) == 1:
+            return np.zeros(1)
+        velocity = np.gradient(self.position, self.time, axis=0, edge_order=2 if len(self) > 2 else 1)
+        speed: F64 = np.linalg.norm(velocity, axis=1)
+        return speed
+
+    def targets(self, task: Task | None = None) -> F64:
+        """Return the rows that a solver takes as targets of a task.
+
+        Parameters
+        ----------
+        task : Task, optional
+            The task; axisymmetric if not given.
+
+        Returns
+        -------
+        ndarray
+            (N, 6), position [m] and axis, for an axisymmetric tool; (N, 3), position, where the rotation is free; else
+            (N, 12), position and rotation by rows.
+
+        Raises
+        ------
+        InvalidValueError
+            If the task needs rotations and the path has none.
+        """
+        size = 6 if task is None else task.target_size
+        if size == 3:
+            return self.position.copy()
+        if size == 6:
+            return np.hstack([self.position, self.axis])
+        if self.rotation is None:
+            raise InvalidValueError(
+                "the path has no rotations, expected some for a task that fixes the whole orientation"
+            )
+        return np.hstack([self.position, self.rotation.reshape(-1, 9)])
+
+    def without_spin(self, first: ArrayLike) -> "Toolpath":
+        """Return the same path with orientations that never turn the tool about its axis.
+
+        Parameters
+        ----------
+        first : array_like, shape (3, 3)
+            Orientation of the tool frame at the first point; the others follow by the smallest rotation from each axis
+            to the next.
+
+        Returns
+        -------
+        Toolpath
+            With ``rotation``.
+        """
+        start = checked("first", first, (3, 3))
+        return Toolpath(self.position, self.axis, transport(self.axis) @ start, self.time)
+
+    @classmethod
+    def helix(
+        cls,
+        radius: float,
+        pitch: float,
+        start: float,
+        stop: float,
+        offset: float = 0.0,
+        center: ArrayLike = (0.0, 0.0, 0.0),
+        points: int = 101,
+        duration: float | None = None,
+    ) -> "Toolpath":
+        """Return a helix on a cylinder along y, the tool's axis along the inward normal (Leger 2014, eq. 4.21 to 4.24).
+
+        ``x = R cos(offset - phi)``, ``y = p phi``, ``z = R sin(offset - phi)``, and the axis is
+        ``-(cos(offset - phi), 0, sin(offset - phi))``.
+
+        Parameters
+        ----------
+        radius : float
+            Radius R of the cylinder [m].
+        pitch : float
+            Advance p along y for one radian [m/rad].
+        start, stop : float
+            First and last angle phi [rad].
+        offset : float
+            Offset angle [rad].
+        center : array_like, shape (3,)
+            Position of the cylinder [m].
+        points : int
+            Number of points, equidistant in phi.
+        duration : float, optional
+            Time from the first to the last point [s]; no times if not given.
+
+        Returns
+        -------
+        Toolpath
+            The helix.
+
+        Raises
+        ------
+        InvalidValueError
+            If the radius is not positive, there are fewer than 2 points or the duration is not positive.
+        """
+        named = {"radius": radius, "pitch": pitch, "start": start, "stop": stop, "offset": offset}
+        for name, value in named.items():
+            checked(name, value, ())
+        middle = checked("center", center, (3,))
+        if not radius > 0.0:
+            raise InvalidValueError(f"radius is {radius}, expected a number above 0")
+        if points < 2:
+            raise InvalidValueError(f"points is {points}, expected at least 2")
+        if duration is not None and not 0.0 < duration < np.inf:
+            raise InvalidValueError(f"duration is {duration}, expected a finite number above 0")
+        phi = np.linspace(start, stop, points)
+        outward = np.stack([np.cos(offset - phi), np.zeros(points), np.sin(offset - phi)], axis=1)
+        position = middle + radius * outward + np.outer(pitch * phi, [0.0, 1.0, 0.0])
+        return cls(position, 0.0 - outward, time=None if duration is None else np.linspace(0.0, duration, points))
+
+    @classmethod
+    def read(cls, file: str | Path) -> "Toolpath":
+        """Read a path from a file.
+
+        Parameters
+        ----------
+        file : path-like
+            ``.csv``: a header that names the columns, then one point a line. ``.json``: an object of columns, each an
+            array. Columns are x, y, z [m] (or x_mm, y_mm, z_mm) and i, j, k, the axis; optional are t [s] and r11 ...
+            r33, the tool frame's rotation by rows. ``.toml``: a job file, whose table ``[path]`` is read.
+
+        Returns
+        -------
+        Toolpath
+            The path.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be opened.
+        ToolpathError
+            If it is malformed; the message starts with file, line and column as far as known.
+        """
+        file = Path(file)
+        if file.suffix.lower() == ".toml":
+            return path_of_table(read_document(file).table("path"), file)
+        columns = read_toolpath(file)
+        try:
+            return cls(columns.position, columns.axis, columns.rotation, columns.time)
+        except PointError as error:
+            raise columns.fail(error.point, str(error)) from None
+
+    def write(self, file: str | Path) -> None:
+        """Write the path to a CSV file that `read` takes; numbers keep all their digits.
+
+        Parameters
+        ----------
+        file : path-like
+            The file. It is replaced as a whole or not at all.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        write_toolpath(file, self.position, self.axis, self.rotation, self.time)
+
+
+def path_of_table(table: Table, file: Path) -> Toolpath:
+    """Return the path that the table ``[path]`` of a job file stands for.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    file : Path
+        The job file.
+
+    Returns
+    -------
+    Toolpath
+        The path.
+
+    Raises
+    ------
+    OSError
+        If the file that it names cannot be opened.
+    ToolpathError
+        If the table or that file is malformed.
+    """
+    source = path_source(table, file)
+    if isinstance(source, Path):
+        return Toolpath.read(source)
+    try:
+        return Toolpath.helix(**source)
+    except RedundancyError as error:
+        raise ToolpathError(f"path.helix: {error}", file) from error
+
+
+def _unit(axis: F64) -> F64:
+    # Scaled by its largest component first, so that no length overflows or vanishes.
+    largest = np.abs(axis).max(axis=1, keepdims=True)
+    if not largest.all():
+        point = int(np.argmin(largest))
+        raise PointError(f"axis[{point}] is {axis[point].tolist()}, expected a vector that is not zero", point)
+    scaled = axis / largest
+    norms = np.linalg.norm(scaled, axis=1, keepdims=True)
+    # Unit vectors stay as they are, so that a path that was written reads back the same.
+    unit: F64 = np.where(np.abs(norms * largest - 1.0) < 1e-15, axis, scaled / norms)
+    unit.setflags(write=False)
+    return unit
+
+
+def _rotations(rotation: F64) -> F64:
+    defect = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    wrong = (defect > 1e-6) | (np.linalg.det(rotation) < 0.0)
+    if wrong.any():
+        point = int(np.argmax(wrong))
+        raise PointError(f"rotation[{point}] is {rotation[point].tolist()}, expected an orthogonal matrix", point)
+    return rotation
+
+
+def _increasing(time: F64) -> F64:
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        point = int(late[0]) + 1
+        raise PointError(
+            f"time[{point}] is {time[point]}, expected more than {time[point - 1]}, the time before", point
+        )
+    return time

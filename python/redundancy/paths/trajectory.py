@@ -1,0 +1,221 @@
+"""What a robot does along a toolpath."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import plots, robots
+from .._core import Robot
+from .._spin import spin_along
+from .._util import F64
+from ..errors import InvalidValueError, RedundancyError, ToolpathError
+from ..files import TRAJECTORY_FORMATS, TrajectoryColumns, read_trajectory, write_atomically
+from .toolpath import Toolpath
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SAME_TOOL = 1e-6
+"""How well the distance of the tool to the path and the error in a file agree for the robot that wrote it [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Joint coordinates along a toolpath, with what they are worth.
+
+    Attributes
+    ----------
+    robot : Robot
+        The robot.
+    path : Toolpath
+        The path that was followed, N points.
+    q : ndarray, shape (N, n)
+        Joint coordinates [rad or m].
+    condition_number : ndarray, shape (N,)
+        kappa_F with ``length``; inf at a singularity, NaN where it is not defined (fewer joints than rows that move).
+    value : ndarray, shape (N,)
+        Objective.
+    position_error : ndarray, shape (N,)
+        Distance of the tool point to the path [m].
+    axis_error : ndarray, shape (N,)
+        Angle of the tool to the axis, or the orientation, of the path [rad].
+    status : list of str
+        For each point "converged", "on target" (limits or rounding stopped the objective) or "unreachable".
+    length : float or None
+        Length that made the condition number homogeneous [m].
+    iterations : int
+        Steps of the solver altogether.
+    """
+
+    robot: Robot
+    path: Toolpath
+    q: F64
+    condition_number: F64
+    value: F64
+    position_error: F64
+    axis_error: F64
+    status: list[str]
+    length: float | None = None
+    iterations: int = 0
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.q)
+
+    def __repr__(self) -> str:
+        return f"Trajectory({self.robot.name}, {len(self)} points, max kappa_F {self.max_condition_number:.6g})"
+
+    @property
+    def time(self) -> F64 | None:
+        """Times of the path [s], shape (N,), if it has any."""
+        return self.path.time
+
+    @property
+    def max_condition_number(self) -> float:
+        """Largest condition number of the path."""
+        return float(self.condition_number.max())
+
+    @property
+    def mean_condition_number(self) -> float:
+        """Mean condition number of the points."""
+        return float(self.condition_number.mean())
+
+    @property
+    def margins(self) -> F64:
+        """Distances to the nearer position limit [rad or m], shape (N, n); negative beyond it, inf without one."""
+        margins: F64 = np.minimum(self.q - self.robot.q_min, self.robot.q_max - self.q)
+        return margins
+
+    @property
+    def limit_margin(self) -> float:
+        """Smallest distance of any joint to a position limit [rad; m where the joint is prismatic]."""
+        return float(self.margins.min())
+
+    @property
+    def joint_speed(self) -> F64 | None:
+        """Mean joint speeds from each point to the next [rad/s or m/s], shape (N, n); None without times.
+
+        The last row repeats the one before. A jump from one point to the next shows in full.
+        """
+        if self.time is None:
+            return None
+        if len(self) == 1:
+            return np.zeros_like(self.q)
+        speed = np.diff(self.q, axis=0) / np.diff(self.time)[:, None]
+        return np.vstack([speed, speed[-1:]])
+
+    @property
+    def max_joint_speed(self) -> float | None:
+        """Largest joint speed [rad/s; m/s where the joint is prismatic]; None without times."""
+        speed = self.joint_speed
+        return None if speed is None else float(np.abs(speed).max())
+
+    @property
+    def unreachable(self) -> list[int]:
+        """Points that were not reached, counted from 0."""
+        return [point for point, status in enumerate(self.status) if status == "unreachable"]
+
+    @property
+    def spin(self) -> F64:
+        """Angle that the tool has turned about its axis since the first point [rad], shape (N,), unwrapped.
+
+        It is the angle of the tool frame's x axis (y, where x is along the axis) from a perpendicular that is carried
+        along the path by the smallest rotation from each axis to the next; a tool that does not spin keeps 0.
+        """
+        return spin_along(self.robot, self.path.axis, self.q)
+
+    @classmethod
+    def read(cls, file: str | Path, robot: Robot | None = None) -> "Trajectory":
+        """Read a trajectory that `write` wrote.
+
+        Parameters
+        ----------
+        file : path-like
+            ``.json`` or, with any other ending, CSV.
+        robot : Robot, optional
+            Whose trajectory it is; if not given, the packaged robot that the file names, as ``.json`` does.
+
+        Returns
+        -------
+        Trajectory
+            As it was written, but for rotations of the path and the number of iterations, which files do not hold, and
+            the length, which ``.json`` alone has; what JSON has as null is NaN.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be opened.
+        ToolpathError
+            If it is none of a trajectory of such a robot; if none is given, also where its tool is not where the file
+            says: that robot had another tool or base.
+        InvalidValueError
+            If no robot is given and the file names none.
+        UnknownRobotError
+            If no robot is given and the one that the file names is not packaged.
+        """
+        columns = read_trajectory(Path(file))
+        if robot is None:
+            if columns.robot is None:
+                raise InvalidValueError(f"{file} does not name its robot, expected the argument robot")
+            robot = robots.get(columns.robot)
+            _check_tool(robot, columns)
+        q = columns.joints(robot.joints)
+        try:
+            path = Toolpath(columns.position, columns.axis, time=columns.time)
+        except RedundancyError as error:
+            raise ToolpathError(str(error), columns.file) from None
+        return Trajectory(robot, path, q, *columns.worth, columns.status, columns.length)
+
+    def write(self, file: str | Path) -> None:
+        """Write the trajectory.
+
+        Parameters
+        ----------
+        file : path-like
+            ``.csv`` or ``.json``: every column in SI units, every digit. ``.pathx``: the format of RobotMaster (Leger
+            2014, appendix A), one ``<m>command x y z a b c contour feed</m>`` a point. The command is "jc" (joint
+            move) for the first point and "lc" (linear move) for the others, then come the position of the tool point
+            [mm] and XYZ Euler angles [deg] of the tool frame in the base frame, R = Rx(a) Ry(b) Rz(c), the contour
+            flag 0, and the feed rate [mm/s] (0 without times). The file is replaced as a whole or not at all.
+
+        Raises
+        ------
+        InvalidValueError
+            If the file's ending is another.
+        OSError
+            If the file cannot be written.
+        """
+        formatter = TRAJECTORY_FORMATS.get(Path(file).suffix.lower())
+        if formatter is None:
+            known = ", ".join(TRAJECTORY_FORMATS)
+            raise InvalidValueError(f"format of {str(file)!r} is unknown, expected one of {known}")
+        write_atomically(file, formatter(self))
+
+    def plot(self, path: str | Path | None = None) -> "Figure":
+        """Draw condition number, joints in their ranges and spin, one above the other.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            Where to save the picture (``.png``, ``.svg``, ``.pdf``); nowhere if not given.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture.
+
+        Raises
+        ------
+        ImportError
+            If matplotlib is not installed.
+        """
+        return plots.saved(plots.overview(self), path)
+
+
+def _check_tool(robot: Robot, columns: TrajectoryColumns) -> None:
+    """Refuse a robot of the right name with another tool or base than the one that was written."""
+    distance = np.linalg.norm(robot.fk(columns.joints(robot.joints))[:, :3, 3] - columns.position, axis=1)
+    if (np.abs(distance - columns.worth[2]) > _SAME_TOOL).any():
+        raise ToolpathError(f"not of the packaged {robot.name}: its tool is elsewhere; give the robot", columns.file)

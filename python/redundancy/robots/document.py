@@ -1,0 +1,181 @@
+"""Robot models as TOML documents: the one place that knows the keys."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from .._core import Robot
+from .._util import F64
+from ..errors import RedundancyError
+from ..files import Table
+
+LENGTHS: Final = {"m": 1.0, "mm": 1000.0}
+CONVENTIONS: Final = ("standard", "modified", "links")
+LIMITS: Final = ("q_min", "q_max", "qd_max", "qdd_max")
+KEYS: Final = (
+    *("name", "description", "source", "convention", "joints"),
+    *("units", "dh", "links", "limits", "tool", "base"),
+)
+
+
+class Units:
+    """The units of a document, from its table [units].
+
+    Parameters
+    ----------
+    table : Table
+        Keys ``length`` ("m" or "mm") and ``angle`` ("rad" or "deg"); SI where absent.
+    """
+
+    def __init__(self, table: Table) -> None:
+        table.only("length", "angle")
+        # A division rounds once: 870 mm is the same number as 0.87 m.
+        self._per_metre = LENGTHS[table.text("length", "m", tuple(LENGTHS))]
+        self._degrees = table.text("angle", "rad", ("rad", "deg")) == "deg"
+
+    def length(self, values: F64) -> F64:
+        """Convert lengths to m."""
+        return values / self._per_metre
+
+    def angle(self, values: F64) -> F64:
+        """Convert angles to rad."""
+        return np.deg2rad(values) if self._degrees else values
+
+    def joint(self, values: F64, joints: str) -> F64:
+        """Convert joint coordinates or rates: rad where R, m where P."""
+        prismatic = np.array([letter in "Pp" for letter in joints])
+        return np.where(prismatic, self.length(values), self.angle(values))
+
+
+def to_robot(document: Table) -> Robot:
+    """Build the robot that a document describes.
+
+    Parameters
+    ----------
+    document : Table
+        The document; its ``fail`` makes the exceptions.
+
+    Returns
+    -------
+    Robot
+        In SI units.
+
+    Raises
+    ------
+    ModelError
+        If a key is missing, unknown or wrong, with its path and what was expected.
+    """
+    document.only(*KEYS)
+    joints = document.text("joints")
+    if not joints or set(joints) - set("RrPp"):
+        raise document.error("joints", "one letter a joint, R (revolute) or P (prismatic)")
+    units = Units(document.table("units"))
+    convention: Any = document.text("convention", "standard", CONVENTIONS)
+    rest: dict[str, Any] = {key: _frame(document, key, units) for key in ("tool", "base")}
+    rest |= {"name": document.text("name"), "joints": joints} | _limits(document.table("limits"), joints, units)
+    linked = convention == "links"
+    chain = _links(document, len(joints), units) if linked else _dh(document, len(joints), units)
+    try:
+        return Robot.from_links(**chain, **rest) if linked else Robot.from_dh(**chain, convention=convention, **rest)
+    except RedundancyError as error:
+        raise document.fail(str(error)) from error
+
+
+def _dh(document: Table, n: int, units: Units) -> dict[str, Any]:
+    if "links" in document:
+        raise document.error("links", 'the table [dh]; [links] goes with convention = "links"')
+    table = document.table("dh")
+    table.only("a", "d", "alpha", "theta")
+    lengths = {key: units.length(table.array(key, (n,))) for key in ("a", "d")}
+    return lengths | {key: units.angle(table.array(key, (n,))) for key in ("alpha", "theta")}
+
+
+def _links(document: Table, n: int, units: Units) -> dict[str, Any]:
+    if "dh" in document:
+        raise document.error("dh", 'the table [links]; [dh] goes with convention = "standard" or "modified"')
+    table = document.table("links")
+    table.only("matrices", "flange")
+    frames = {"links": table.array("matrices", (n, 4, 4)), "flange": table.array("flange", (4, 4))}
+    for frame in frames.values():
+        frame[..., :3, 3] = units.length(frame[..., :3, 3])
+    return frames
+
+
+def _limits(table: Table, joints: str, units: Units) -> dict[str, F64]:
+    table.only(*LIMITS)
+    n = len(joints)
+    return {key: units.joint(table.array(key, (n,), infinite=True), joints) for key in LIMITS if key in table}
+
+
+def _frame(document: Table, key: str, units: Units) -> F64 | None:
+    if key not in document:
+        return None
+    table = document.table(key)
+    if "matrix" in table:
+        table.only("matrix")
+        frame = table.array("matrix", (4, 4))
+        frame[:3, 3] = units.length(frame[:3, 3])
+        return frame
+    table.only("position", "rpy")
+    frame = np.eye(4)
+    if "rpy" in table:
+        frame[:3, :3] = rotation_of_rpy(units.angle(table.array("rpy", (3,))))
+    if "position" in table:
+        frame[:3, 3] = units.length(table.array("position", (3,)))
+    return frame
+
+
+def rotation_of_rpy(rpy: F64) -> F64:
+    """Return the rotation of roll, pitch and yaw.
+
+    Parameters
+    ----------
+    rpy : ndarray, shape (3,)
+        Angles [rad] about the fixed axes x, then y, then z, as in URDF.
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        ``Rz(yaw) Ry(pitch) Rx(roll)``; right angles give exact zeros and ones.
+    """
+    sines, cosines = np.sin(rpy), np.cos(rpy)
+    for values in (sines, cosines):
+        values[np.abs(values) < 1e-15] = 0.0
+    (sr, sp, sy), (cr, cp, cy) = sines, cosines
+    roll = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    pitch = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    yaw = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    rotation: F64 = yaw @ pitch @ roll
+    return rotation
+
+
+def to_document(robot: Robot) -> dict[str, Any]:
+    """Describe a robot in SI units, exactly: 64-bit numbers survive the decimal form.
+
+    Parameters
+    ----------
+    robot : Robot
+        Any robot.
+
+    Returns
+    -------
+    dict
+        Ready for a TOML writer.
+    """
+    dh = robot.dh
+    document: dict[str, Any] = {
+        "name": robot.name,
+        "convention": "links" if dh is None else dh["convention"],
+        "joints": robot.joints,
+        "units": {"length": "m", "angle": "rad"},
+    }
+    if dh is None:
+        document["links"] = {"matrices": robot.links.tolist(), "flange": robot.flange.tolist()}
+    else:
+        document["dh"] = {key: dh[key].tolist() for key in ("a", "d", "alpha", "theta")}
+    limits = {key: getattr(robot, key) for key in LIMITS}
+    document["limits"] = {key: values.tolist() for key, values in limits.items() if np.isfinite(values).any()}
+    for key, frame in (("tool", robot.tool), ("base", robot.base)):
+        if not np.array_equal(frame, np.eye(4)):
+            document[key] = {"matrix": frame.tolist()}
+    return document

@@ -1,0 +1,76 @@
+"""The planner beside the grid search of evidence/planner: never worse, and smoother, on a few short paths."""
+
+import numpy as np
+import pytest
+import redundancy as rd
+from redundancy._path_frames import shares
+
+from evidence.planner import cases as plan_cases
+from evidence.planner import compare as compare_plan
+from evidence.planner import grid_search
+from evidence.planner.grid import JUMP, make_grid
+
+BETTER = [("fanuc_m710ic50_milling", "cylinder_inside"), ("abb_irb120", "limit_line"), ("ur5e", "limit_line")]
+NARROW = [("ur5e", "dash"), ("abb_irb120", "cylinder_outside")]
+"""Where the way is narrower than a cell of the planner's first grid, or follows speed limits."""
+
+
+def verdicts(robot: str, name: str) -> list[tuple[str, bool, bool]]:
+    """Fault, never worse, smoother, of both criteria; the grid has to find a way."""
+    compared = compare_plan.compare(plan_cases.case(name, robot))
+    return [(found.fault, found.grid is not None and found.never_worse, found.smoother) for found in compared]
+
+
+@pytest.mark.parametrize(("robot", "name"), BETTER, ids=lambda x: x)
+def test_a_plan_is_not_worse_than_a_grid_and_smoother(robot: str, name: str) -> None:
+    assert verdicts(robot, name) == [("", True, True)] * 2
+
+
+@pytest.mark.parametrize(("robot", "name"), NARROW, ids=lambda x: x)
+def test_further_searches_find_narrower_ways(robot: str, name: str) -> None:
+    assert verdicts(robot, name) == [("", True, True)] * 2
+
+
+def test_one_search_alone_misses_a_narrow_way() -> None:
+    case = plan_cases.case("cylinder_outside", "abb_irb120")
+    objective = rd.ConditionNumber(case.length)
+    once, again = (rd.plan(case.robot, case.path, objective=objective, effort=effort) for effort in (1, None))
+    assert again.value.max() < 0.9 * once.value.max()
+
+
+def test_a_closed_grid_way_ends_where_it_starts() -> None:
+    case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
+    grid = make_grid(case.robot, case.path, rd.ConditionNumber(case.length), shares(case.path), case.closed, spins=180)
+    for found in (grid_search.minimax(grid), grid_search.integral(grid, 1e-6)):
+        assert found is not None
+        assert found.spin[0] == found.spin[-1]
+        assert found.bound <= found.objective
+        turns = (found.q[-1] - found.q[0]) / (2.0 * np.pi)
+        np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
+
+
+def test_the_grid_finds_the_best_of_all_ways() -> None:
+    """A grid of 8 spins over 4 points, beside every one of its ways."""
+    case = plan_cases.case("limit_line", "fanuc_m710ic50_milling")
+    path = rd.Toolpath(case.path.position[30:42:3], case.path.axis[30:42:3])
+    objective = rd.ConditionNumber(case.length)
+    grid = make_grid(case.robot, path, objective, shares(path), spins=24, window=0.6)
+    smoothness = 1e-3
+    best = {"minimax": np.inf, "integral": np.inf}
+    for branch in grid.branches:
+        spins = np.indices((24,) * 4).reshape(4, -1)
+        change = np.abs(np.diff(spins, axis=0))
+        spins = spins[:, (np.minimum(change, 24 - change) <= grid.window).all(axis=0)]
+        value = np.stack([branch.value[i, 0, spins[i]] for i in range(4)])
+        steps = np.diff(np.stack([branch.q[i, :, 0, spins[i]] for i in range(4)]), axis=0)
+        steps = np.where(branch.wide, np.angle(np.exp(1j * steps)), steps)
+        kept = np.isfinite(value).all(axis=0) & (np.abs(steps) <= JUMP).all(axis=(0, 2))
+        motion = ((steps**2).sum(axis=2) / grid.shares[:, None]).sum(axis=0)
+        best["minimax"] = min(best["minimax"], value.max(axis=0)[kept].min(initial=np.inf))
+        cost = grid.weights @ np.where(np.isfinite(value), value, 0.0) + smoothness * motion
+        best["integral"] = min(best["integral"], cost[kept].min(initial=np.inf))
+    lowest, least = grid_search.minimax(grid), grid_search.integral(grid, smoothness)
+    assert lowest is not None
+    assert lowest.objective == pytest.approx(best["minimax"], rel=1e-12)
+    assert least is not None
+    assert least.objective == pytest.approx(best["integral"], rel=1e-12)
