@@ -5,8 +5,9 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use redundancy::index::{Answers, ConditionNumber, Index, Manipulability, Objective, Order, Rows, Spectral, SpectralKind};
-use redundancy::kinematics::{first_derivative, forward, jacobian};
+use redundancy::index::{Answers, Index, Kind, Objective, Order, Rows};
+use redundancy::internals::index::evaluate;
+use redundancy::internals::kinematics::{first_derivative, forward, jacobian};
 use redundancy::robot::{Convention, DhTable, Robot};
 use std::f64::consts::FRAC_PI_2;
 
@@ -49,26 +50,26 @@ fn bench<const N: usize, const C: usize>(criterion: &mut Criterion) {
         b.iter_batched(&mut pick, |q| first_derivative(&jacobian::<C>(black_box(&robot), q).1, black_box(&mut out)), BatchSize::SmallInput)
     });
     let indices = [
-        ("kappa_F", Index::Condition(ConditionNumber { rows, squared: false })),
-        ("manipulability", Index::Manipulability(Manipulability { rows, squared: false })),
-        ("kappa_2", Index::Spectral(Spectral { kind: SpectralKind::ConditionNumber, rows, squared: false })),
+        ("kappa_F", Index::of(Kind::ConditionNumber, rows, false)),
+        ("manipulability", Index::of(Kind::Manipulability, rows, false)),
+        ("kappa_2", Index::of(Kind::SpectralConditionNumber, rows, false)),
     ];
     for (name, index) in indices {
         let objective = Objective::new(vec![(1.0, index)]).unwrap();
         for (order, label) in [(Order::Value, "value"), (Order::Gradient, "gradient"), (Order::Hessian, "Hessian")] {
             group.bench_function(format!("{name} {label}"), |b| {
-                b.iter_batched(&mut pick, |q| objective.evaluate::<C>(black_box(&robot), q, order, false), BatchSize::SmallInput)
+                b.iter_batched(&mut pick, |q| evaluate::<C>(&objective, black_box(&robot), q, order, false), BatchSize::SmallInput)
             });
         }
     }
-    let objective = Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows, squared: false }))]).unwrap();
+    let objective = Objective::new(vec![(1.0, Index::of(Kind::ConditionNumber, rows, false))]).unwrap();
     let flat = q.concat();
     let (mut values, mut gradients) = (vec![0.0; POSTURES], vec![0.0; POSTURES * N]);
     group.throughput(Throughput::Elements(POSTURES as u64));
     group.bench_function("kappa_F gradient of many", |b| {
         b.iter(|| {
             let mut out = Answers { values: &mut values, gradients: &mut gradients, hessians: &mut [] };
-            objective.evaluate_many::<C>(black_box(&robot), &flat, Order::Gradient, &mut out);
+            objective.evaluate_many(black_box(&robot), &flat, false, &mut out).unwrap();
         })
     });
     group.finish();

@@ -8,9 +8,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use faer::linalg::solvers::{DenseSolveCore, PartialPivLu};
 use nalgebra::{DMatrix, SMatrix};
-use redundancy::linalg::Rows6;
-use redundancy::linalg::orthogonal::Orthogonal;
-use redundancy::linalg::svd::Svd;
+use redundancy::internals::linalg::{Orthogonal, Rows6, Svd};
 
 const MATRICES: usize = 256;
 

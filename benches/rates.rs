@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use redundancy::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
+use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
 use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Scaling, Secondary, Situation};
 use redundancy::robot::{Convention, DhTable, Robot};
 use redundancy::task::Task;
@@ -33,7 +33,7 @@ fn bench<const N: usize>(criterion: &mut Criterion) {
         .map(|i| (0..N).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect())
         .collect();
     let task = Task::axisymmetric([0.3, 0.2, 0.9]).unwrap();
-    let condition = Index::Condition(ConditionNumber { rows: Rows::all(LENGTH).unwrap(), squared: true });
+    let condition = Index::of(Kind::ConditionNumber, Rows::all(LENGTH).unwrap(), true);
     let objective = Objective::new(vec![(1.0, condition), (0.1, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
     let settings = RateSettings {
         length: LENGTH,

@@ -1,6 +1,7 @@
 """How large the compiled core is: `python -m evidence.machine_code`, a step of `make lint`.
 
-What is compiled costs twice: minutes of everybody's first build, and misses of the instruction cache in every cold tick.
+What is compiled costs twice: minutes of everybody's first build, and misses of
+the instruction cache in every cold tick.
 """
 
 import sys

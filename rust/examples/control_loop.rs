@@ -9,7 +9,7 @@ use std::error::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use redundancy::index::{ConditionNumber, Index, LimitBarrier, Objective, Rows};
+use redundancy::index::{Index, Kind, LimitBarrier, Objective, Rows};
 use redundancy::resolve::{Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, StepStatus};
 use redundancy::robot::{Convention, DhTable, Limits, Robot};
 use redundancy::task::{Target, Task};
@@ -57,7 +57,7 @@ fn circle(time: f64) -> (Target, [f64; 2]) {
 fn main() -> Result<(), Box<dyn Error>> {
     let seconds: f64 = std::env::args().nth(1).map_or(Ok(10.0), |given| given.parse())?;
     let (robot, task) = (Arc::new(robot()?), Task::axisymmetric([0.0, 0.0, 1.0])?);
-    let condition = Index::Condition(ConditionNumber { rows: Rows::all(LENGTH)?, squared: true });
+    let condition = Index::of(Kind::ConditionNumber, Rows::all(LENGTH)?, true);
     let objective = Objective::new(vec![(1.0, condition), (0.1, Index::LimitBarrier(LimitBarrier::new(&[])?))])?;
     let search = OrthogonalSqp::new(robot.clone(), task, objective.clone(), SqpSettings { length: LENGTH, ..SqpSettings::default() })?;
     let secondary = Secondary::Objective(objective, Scaling::Gradient);

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use redundancy::error::Result;
-use redundancy::index::{ConditionNumber, Index, Objective, Rows};
+use redundancy::index::{Index, Kind, Objective, Rows};
 use redundancy::linalg::frame::Frame;
 use redundancy::plan::{Hooks, Path, PlanSettings, Planner};
 use redundancy::robot::{Convention, DhTable, Limits, Robot};
@@ -35,8 +35,8 @@ fn robot() -> Result<Robot> {
 
 fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
     let path = Path::helix(0.25, 0.5 / PI, (0.0, FRAC_PI_2), PI, [1.3, 1.0, 0.0], 101)?;
-    let kappa = ConditionNumber { rows: Rows::all(LENGTH)?, squared: false };
-    let objective = Objective::new(vec![(1.0, Index::Condition(kappa))])?;
+    let kappa = Index::of(Kind::ConditionNumber, Rows::all(LENGTH)?, false);
+    let objective = Objective::new(vec![(1.0, kappa)])?;
     let task = Task::axisymmetric([0.0, 0.0, 1.0])?;
     let planner = Planner::new(Arc::new(robot()?), path, task, Some(objective), PlanSettings::default())?;
     let plan = planner.plan(&mut Hooks::default())?;

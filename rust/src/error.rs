@@ -57,11 +57,15 @@ impl Error {
     }
 }
 
+/// Checks that `values` has `n` entries.
+#[inline]
+pub fn check_length(name: &str, values: &[f64], n: usize) -> Result<()> {
+    if values.len() == n { Ok(()) } else { Err(Error::length(name, values.len(), n)) }
+}
+
 /// Checks that `values` has `n` finite entries.
 pub fn check_vector(name: &str, values: &[f64], n: usize) -> Result<()> {
-    if values.len() != n {
-        return Err(Error::length(name, values.len(), n));
-    }
+    check_length(name, values, n)?;
     check_finite(name, values)
 }
 

@@ -2,18 +2,20 @@
 //! axisymmetric tools, whole toolpaths.
 //!
 //! Rooms, lowest first: [`linalg`], [`robot`], [`kinematics`], [`index`] and [`task`], [`qp`] and [`optimize`], [`inverse`], [`collision`],
-//! [`resolve`], [`plan`], [`posture`].
+//! [`resolve`], [`plan`] and [`design`].
 //! SI units and radians everywhere; twists are `[omega; v]`, angular part first, at the tool point, in the base frame.
 
 pub mod collision;
+pub mod design;
 pub mod error;
 pub mod index;
+#[cfg(feature = "internals")]
+pub mod internals;
 pub mod inverse;
 pub mod kinematics;
 pub mod linalg;
 pub mod optimize;
 pub mod plan;
-pub mod posture;
 pub mod qp;
 pub mod resolve;
 pub mod robot;

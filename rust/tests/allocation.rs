@@ -9,8 +9,9 @@ use crate::collision::shapes::seven_capsules;
 use crate::common::{Rng, evaluate, fanuc, iiwa, indices};
 use redundancy::collision::{Obstacle, Proximity, Scene, Shape, capsules_along_links};
 use redundancy::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
+use redundancy::internals::kinematics::{forward, jacobian};
 use redundancy::inverse::{Inverse, reach};
-use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, second_derivative};
+use redundancy::kinematics;
 use redundancy::linalg::{MAX_JOINTS, frame::Frame};
 use redundancy::qp::Row;
 use redundancy::resolve::{
@@ -92,36 +93,37 @@ fn target_at<const C: usize>(robot: &Robot, q: &[f64]) -> Target {
     Target { position: tool.origin, axis: Some(tool.axes[2]), frame: tool.axes }
 }
 
-fn kernels<const C: usize>(robot: &Robot, q: &[f64]) {
+fn kernels(robot: &Robot, q: &[f64]) {
     let n = robot.n();
     let rates: Vec<f64> = (0..n).map(|i| 0.1 + 0.2 * i as f64).collect();
     let mut second = vec![0.0; 6 * n * n * n];
     let mut first = vec![0.0; 6 * n * n];
-    free_of_allocation("forward", || forward::<C>(robot, q));
-    let (_, columns) = free_of_allocation("jacobian", || jacobian::<C>(robot, q));
-    free_of_allocation("first_derivative", || first_derivative(&columns, &mut first));
-    free_of_allocation("second_derivative", || second_derivative(&columns, &mut second));
-    free_of_allocation("jacobian_rate", || jacobian_rate(&columns, &rates));
+    let mut columns = vec![0.0; 6 * n];
+    free_of_allocation("forward", || kinematics::forward(robot, q)).unwrap();
+    free_of_allocation("jacobian", || kinematics::jacobian(robot, q)).unwrap();
+    free_of_allocation("jacobian_into", || kinematics::jacobian_into(robot, q, &mut columns)).unwrap();
+    free_of_allocation("first_derivative", || kinematics::first_derivative(robot, q, &mut first)).unwrap();
+    free_of_allocation("second_derivative", || kinematics::second_derivative(robot, q, &mut second)).unwrap();
+    free_of_allocation("jacobian_rate", || kinematics::jacobian_rate(robot, q, &rates, &mut columns)).unwrap();
 
     let rows = rows_for(n);
-    free_of_allocation("length_of_least_condition", || length_of_least_condition(&rows, &columns));
+    free_of_allocation("length_of_least_condition", || length_of_least_condition(robot, q, &rows)).unwrap();
     for index in indices(rows) {
         let objective = Objective::new(vec![(1.0, index.clone())]).unwrap();
         for order in [Order::Value, Order::Gradient, Order::Hessian] {
             for with_length in [false, true] {
-                free_of_allocation(&format!("{index:?} {order:?} {with_length}"), || {
-                    evaluate::<C>(&objective, robot, q, order, with_length)
-                });
+                free_of_allocation(&format!("{index:?} {order:?} {with_length}"), || objective.evaluate(robot, q, order, with_length))
+                    .unwrap();
             }
         }
     }
     let sum = Objective::new(indices(rows).into_iter().map(|index| (0.3, index)).collect()).unwrap();
-    free_of_allocation("sum", || evaluate::<C>(&sum, robot, q, Order::Hessian, true));
-    let (mut values, mut gradients, mut hessians) = ([0.0; 5], vec![0.0; 5 * n], vec![0.0; 5 * n * n]);
+    free_of_allocation("sum", || sum.evaluate_into(robot, q, false, &mut first[..n], &mut second[..n * n])).unwrap();
+    let (mut values, mut gradients) = ([0.0; 5], vec![0.0; 5 * n]);
     let many = q.repeat(5);
     for objective in [&sum, &Objective::new(vec![(1.0, indices(rows)[2].clone())]).unwrap()] {
-        let out = &mut Answers { values: &mut values, gradients: &mut gradients, hessians: &mut hessians };
-        free_of_allocation("evaluate_many", || objective.evaluate_many::<C>(robot, &many, Order::Gradient, out));
+        let out = &mut Answers { values: &mut values, gradients: &mut gradients, hessians: &mut [] };
+        free_of_allocation("evaluate_many", || objective.evaluate_many(robot, &many, false, out)).unwrap();
     }
     free_of_allocation("check", || sum.check(robot).is_ok());
 }
@@ -281,12 +283,12 @@ fn distances() {
 fn everything(robot: &Robot) {
     let n = robot.n();
     let q: Vec<f64> = (0..n).map(|i| 0.4 + 0.3 * (1.7 * i as f64).sin()).collect();
-    with_capacity!(n, kernels(robot, &q));
+    kernels(robot, &q);
     with_capacity!(n, resolution(robot, &q));
     ticks(robot, &q);
     // Singular postures and bad numbers take other paths.
     for bad in [vec![0.0; n], vec![f64::NAN; n], vec![1e300; n], vec![f64::INFINITY; n]] {
-        with_capacity!(n, kernels(robot, &bad));
+        kernels(robot, &bad);
         with_capacity!(n, resolution(robot, &bad));
         ticks(robot, &bad);
     }

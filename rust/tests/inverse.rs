@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
 
+use redundancy::internals::kinematics::forward;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
-use redundancy::kinematics::forward;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::{norm, sub};
 use redundancy::robot::{Joint, Robot};

@@ -3,14 +3,12 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod allocation;
-mod batch;
 mod collision;
 mod common;
-mod derivatives;
+mod index;
 mod inverse;
 mod linalg;
 mod optimize;
-mod oracle;
 mod plan;
 mod qp;
 mod resolve;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use redundancy::linalg::banded::Banded;
+use redundancy::internals::linalg::Banded;
 use redundancy::plan::{Criterion, Graph, Search, find_route, unwind, within_limits};
 use redundancy::robot::Limits;
 

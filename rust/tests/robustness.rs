@@ -6,12 +6,10 @@ use std::sync::Arc;
 use crate::common::{OwnRow, Rng, evaluate, fanuc, iiwa, indices, rngs, views};
 use proptest::prelude::*;
 use redundancy::index::{CustomIndex, Evaluation, Index, Objective, Order, Rows, length_of_least_condition};
+use redundancy::internals::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::internals::linalg::{Orthogonal, Svd, diagonalise};
 use redundancy::inverse::reach;
-use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::linalg::orthogonal::Orthogonal;
-use redundancy::linalg::svd::Svd;
-use redundancy::linalg::symmetric::diagonalise;
 use redundancy::qp::{self, Programme, most_changes};
 use redundancy::resolve::{Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, StepStatus};
 use redundancy::robot::Robot;
@@ -74,10 +72,10 @@ fn subjects() -> Vec<Subject> {
 /// Every kernel once with numbers of any kind.
 /// An index that answers whatever it was made of.
 #[derive(Debug)]
-struct Invented(Evaluation<MAX_JOINTS>);
+struct Invented(Evaluation);
 
 impl CustomIndex for Invented {
-    fn evaluate(&self, _q: &[f64], _order: Order) -> Evaluation<MAX_JOINTS> {
+    fn evaluate(&self, _q: &[f64], _order: Order) -> Evaluation {
         self.0
     }
 }
@@ -107,7 +105,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     if n <= 3 {
         second_derivative(&columns, &mut [0.0; 6 * 27]);
     }
-    length_of_least_condition(&Rows::new(&[3, 4, 5][3 - n.min(3)..], 0.5).unwrap(), &columns);
+    length_of_least_condition(robot, &q, &Rows::new(&[3, 4, 5][3 - n.min(3)..], 0.5).unwrap()).unwrap();
 
     let objective = &subject.objectives[rng.below(subject.objectives.len())];
     evaluate::<C>(objective, robot, &q, Order::Hessian, rng.below(2) == 0);
@@ -122,7 +120,7 @@ fn trial<const C: usize>(subject: &Subject, rng: &mut Rng) {
     reach(robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 4);
 
     // A step with a made-up objective of numbers of any kind.
-    let mut invented = Evaluation::<MAX_JOINTS>::zero();
+    let mut invented = Evaluation::zero();
     invented.value = 1.0;
     for k in 0..n {
         invented.gradient[k] = rng.finite();

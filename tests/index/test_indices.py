@@ -18,7 +18,9 @@ from redundancy import (
     Robot,
     SingularityParameter,
     SmallestSingularValue,
+    robots,
 )
+from redundancy.errors import InvalidValueError
 
 from tests.reference.chain import F64, Chain, chains, random_columns, random_frame
 from tests.reference.differences import sweep
@@ -347,3 +349,41 @@ def test_batch_is_its_postures(kind: str) -> None:
     np.testing.assert_array_equal(index.evaluate(FANUC, q, order=0), batch[0])
     none: Any = index.evaluate(FANUC, np.empty((0, 6)))
     assert [part.shape for part in none] == [(0,), (0, 6), (0, 6, 6)]
+
+
+@pytest.mark.parametrize("name", Objective.kinds())
+def test_indices_by_name(name: str) -> None:
+    classes: dict[str, Callable[..., Objective]] = {
+        "condition_number": ConditionNumber,
+        "spectral_condition_number": _spectral,
+        "manipulability": Manipulability,
+        "smallest_singular_value": SmallestSingularValue,
+        "singularity_parameter": SingularityParameter,
+        "joint_limits": lambda **_: JointLimits(),
+        "limit_barrier": lambda **_: LimitBarrier(),
+    }
+    robot = robots.get("fanuc_m710ic50_milling")
+    q = np.array([0.1, 0.2, -0.3, 0.4, 0.9, 0.2])
+    index = Objective.named(name, 0.4, squared=True)
+    assert index.evaluate(robot, q, 0) == classes[name](length=0.4, squared=True).evaluate(robot, q, 0)
+    assert index.name == name.replace("_", " ")
+    assert Objective.kinds()[name] == (index.length is not None)
+
+
+def test_names_of_what_is_no_single_index() -> None:
+    condition = ConditionNumber()
+    for objective in (condition + JointLimits(), -1.0 * condition, CustomIndex(lambda _: 1.0)):
+        assert objective.name == "value"
+    with pytest.raises(InvalidValueError, match=r"one of condition_number, .*, limit_barrier"):
+        Objective.named("volume")
+
+
+@pytest.mark.parametrize("norm", ["frobenius", "spectral"])
+@pytest.mark.parametrize("rows", [[0, 1, 2], [3, 4, 5], [1], [4]])
+def test_length_that_scales_all_rows_or_none(norm: str, rows: list[int]) -> None:
+    robot = robots.get("fanuc_m710ic50_milling")
+    q = np.array([0.1, 0.2, -0.3, 0.4, 0.9, 0.2])
+    _, gradient, hessian = ConditionNumber(1e-5, norm, rows).evaluate(robot, q, with_length=True)  # type: ignore[arg-type]
+    assert gradient[-1] == 0.0
+    assert not hessian[-1].any()
+    assert not hessian[:, -1].any()

@@ -26,7 +26,6 @@ from .._core import (
     build_profile,
     characteristic_length,
 )
-from .._rows import rows_in_use
 from .._util import F64
 from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
@@ -198,7 +197,7 @@ def list_robots() -> None:
 def length(robot: str, starts: int, seed: int) -> None:
     """Find the characteristic length of ROBOT (a name, or a .toml or .urdf file), and the posture it belongs to."""
     model = robots.find(robot)
-    found = minimum_condition_posture(model, starts=starts, rows=rows_in_use(model), seed=seed, progress=True)
+    found = minimum_condition_posture(model, starts=starts, rows=model.rows_in_use(), seed=seed, progress=True)
     _print_pairs(
         model.name,
         {
@@ -219,7 +218,7 @@ def posture(robot: str, joints: str | None, millimetres: float | None) -> None:
     """Tell what a posture of ROBOT (a name, or a .toml or .urdf file) is worth."""
     model = robots.find(robot)
     q = model.middle if joints is None else _parse_joints(model, joints)
-    rows = rows_in_use(model)
+    rows = model.rows_in_use()
     best = characteristic_length(model, q, rows)
     length = millimetres / 1000.0 if millimetres is not None else best if np.isfinite(best) else 1.0
     condition = ConditionNumber(length, rows=rows)

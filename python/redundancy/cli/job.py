@@ -30,7 +30,6 @@
     warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -41,32 +40,19 @@ import numpy as np
 
 from .. import robots
 from .._core import (
-    ConditionNumber,
-    JointLimits,
-    LimitBarrier,
-    Manipulability,
     Objective,
     OrthogonalSQP,
     Robot,
-    SingularityParameter,
-    SmallestSingularValue,
     Task,
 )
-from .._rows import rows_in_use
 from ..design import minimum_condition_posture
 from ..errors import RedundancyError
 from ..files import Table, read_document
 from ..paths import Toolpath, path_of_table
 from .plan_table import PlanTable, read_plan
 
-_OF_JACOBIAN: Final[dict[str, Callable[..., Objective]]] = {
-    "condition_number": ConditionNumber,
-    "manipulability": Manipulability,
-    "smallest_singular_value": SmallestSingularValue,
-    "singularity_parameter": SingularityParameter,
-}
-_OF_LIMITS: Final[dict[str, Callable[[], Objective]]] = {"joint_limits": JointLimits, "limit_barrier": LimitBarrier}
-_WEIGHTS: Final = (*_OF_JACOBIAN, *(f"{name}_squared" for name in _OF_JACOBIAN), *_OF_LIMITS)
+_KINDS: Final = Objective.kinds()
+_WEIGHTS: Final = (*_KINDS, *(f"{name}_squared" for name, of_jacobian in _KINDS.items() if of_jacobian))
 
 
 @dataclass(frozen=True)
@@ -150,7 +136,7 @@ def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) 
     InvalidValueError
         If the length is not positive, or the indices are not defined for the robot.
     """
-    rows = rows_in_use(robot)
+    rows = robot.rows_in_use()
     if length is None:
         length = minimum_condition_posture(robot, starts=16, rows=rows).length
     return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))
@@ -172,10 +158,8 @@ def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:
-    if name in _OF_LIMITS:
-        return _OF_LIMITS[name]()
     base = name.removesuffix("_squared")
-    return _OF_JACOBIAN[base](length, rows=rows, squared=base != name)
+    return Objective.named(base, length, rows, squared=base != name)
 
 
 def _task(table: Table) -> Task:

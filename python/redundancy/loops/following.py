@@ -158,7 +158,7 @@ def _length(step: Solver) -> float | None:
 
 
 def _condition_number(robot: Robot, q: F64, length: float | None) -> F64:
-    rows = rows_in_use(robot)
+    rows = robot.rows_in_use()
     if len(rows) > robot.n:
         return np.full(len(q), np.nan)
     index = ConditionNumber(1.0 if length is None else length, rows=rows)

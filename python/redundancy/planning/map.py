@@ -184,8 +184,7 @@ class RedundancyMap:
     @property
     def _name(self) -> str:
         """What the values are, in words."""
-        words = {"ConditionNumber": "condition number", "Manipulability": "manipulability"}
-        return words.get(type(self.objective).__name__, "value")
+        return self.objective.name if self.objective is not None else "value"
 
     def spin_of(self, trajectory: Trajectory) -> F64:
         """Return the spin of a trajectory along the map's path [rad], shape (N,), from -pi to pi."""

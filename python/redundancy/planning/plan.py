@@ -4,7 +4,6 @@ import numpy as np
 
 from .. import _core
 from .._core import ConditionNumber, Objective, PlanSettings, Robot, Task
-from .._rows import rows_in_use
 from .._util import progress_bar
 from ..paths import Toolpath, Trajectory
 from .map import Predicate
@@ -177,7 +176,7 @@ def plan_by(
     earlier = None if warm_start is None else (core_path(warm_start.path), warm_start.q)
     with progress_bar(len(path), "planning", progress) as advance:
         found = _core.plan_path(robot, core_path(path), task, objective, settings, feasible, earlier, advance)
-    index = ConditionNumber(found.length, rows=rows_in_use(robot))
+    index = ConditionNumber(found.length, rows=robot.rows_in_use())
     return Plan(
         robot=robot,
         path=path,

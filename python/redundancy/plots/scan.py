@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import ConditionNumber, OrthogonalSQP, Robot, Task
-from .._rows import rows_in_use
 from .._util import F64, checked, turns
 from .colours import BLUE, GREY, ORANGE
 from .style import STYLE, Figure, mpl
@@ -37,7 +36,7 @@ def spin_scan(
     unit = Task.axisymmetric(axis).axis
     turned = _turn_tool(robot, checked("q", q, (robot.n,)), length, unit, angles)
     reached = np.isfinite(turned).all(axis=1)
-    index = ConditionNumber(length, rows=rows_in_use(robot))
+    index = ConditionNumber(length, rows=robot.rows_in_use())
     inverse = np.full(len(angles), np.nan)
     inverse[reached] = 1.0 / index.evaluate_many(robot, turned[reached], 0)[0]
     inside = ((robot.q_min <= turned) & (turned <= robot.q_max)).all(axis=1)
@@ -58,7 +57,7 @@ def spin_scan(
 
 def _turn_tool(robot: Robot, q: F64, length: float, axis: F64, angles: F64) -> F64:
     """Turn the tool about its axis both ways from a posture; NaN where it cannot follow."""
-    objective = ConditionNumber(length, rows=rows_in_use(robot), squared=True)
+    objective = ConditionNumber(length, rows=robot.rows_in_use(), squared=True)
     solver = OrthogonalSQP(robot, Task.full(), objective, limits=False)
     targets = _turned_targets(robot.fk(q), axis, angles)
     middle = len(angles) // 2

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import SingularityParameter
-from .._rows import rows_in_use
 from .._util import F64
 from ..errors import InvalidValueError
 from ..paths import Trajectory
@@ -109,7 +108,7 @@ class Criteria:
     def _singularity(self, trajectory: Trajectory) -> F64:
         if self.singularity == np.inf:
             return np.zeros(len(trajectory))
-        index = SingularityParameter(1.0, rows=rows_in_use(trajectory.robot))
+        index = SingularityParameter(1.0, rows=trajectory.robot.rows_in_use())
         excess: F64 = index.evaluate_many(trajectory.robot, trajectory.q, 0)[0] / self.singularity - 1.0
         return excess
 

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import Manipulability, Robot, SingularityParameter
-from .._rows import rows_in_use
 from .._util import F64, checked
 from ..errors import InvalidValueError
 from ..paths import Trajectory
@@ -83,7 +82,7 @@ class Performance:
         postures = checked("q", q, (None, robot.n))
         if len(postures) == 0:
             raise InvalidValueError("q has no points, expected at least 1")
-        rows = rows_in_use(robot)
+        rows = robot.rows_in_use()
         if len(rows) > robot.n:
             raise InvalidValueError(f"robot {robot.name!r} has {robot.n} joints, expected at least {len(rows)}")
         singularity = SingularityParameter(1.0, rows=rows).evaluate_many(robot, postures, 0)[0]

@@ -39,7 +39,7 @@ class PointwiseSolver:
         self._setting, self._functions = setting, functions
         self._c_joint, self._c_sing = c_joint, c_sing
         self._middle = robot.middle
-        rows = rows_in_use(robot)
+        rows = robot.rows_in_use()
         self._singularity = SingularityParameter(1.0, rows=rows)
         self._manipulability = Manipulability(1.0, rows=rows)
         self._held: F64 | None = None

@@ -3,6 +3,8 @@
 //! Inputs are copied to the stack (one posture) or to a vector (a batch) before anything else happens, so no borrow of a Python buffer
 //! outlives the call's first lines: another thread, or an `out` that overlaps the input, cannot disturb a result.
 
+use std::sync::OnceLock;
+
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, npyffi};
 use pyo3::prelude::*;
 
@@ -229,7 +231,7 @@ pub fn map_rows<'py, const D: usize, const E: usize>(
     q: &Bound<'py, PyAny>,
     out: Option<&Bound<'py, PyAny>>,
     cell: [usize; D],
-    kernel: impl Fn(&[f64], &mut [f64]) + Sync,
+    kernel: impl Fn(&[f64], &mut [f64]) -> Result<()> + Sync,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let mut row = [0.0; MAX_JOINTS];
     let single = q.cast::<PyArray1<f64>>().is_ok();
@@ -243,7 +245,7 @@ pub fn map_rows<'py, const D: usize, const E: usize>(
     match rows {
         Rows::One(row) => {
             let array = output(py, out, cell)?;
-            kernel(&row[..n], elements(&array));
+            ok(kernel(&row[..n], elements(&array)))?;
             Ok(array)
         }
         Rows::Many(rows) => {
@@ -252,7 +254,15 @@ pub fn map_rows<'py, const D: usize, const E: usize>(
             let array = output(py, out, shape)?;
             let size = cell.iter().product();
             let numbers = elements(&array);
-            py.detach(|| for_each_row(&rows, n, numbers, size, &kernel));
+            let refused = OnceLock::new();
+            py.detach(|| {
+                for_each_row(&rows, n, numbers, size, |q, out| {
+                    if let Err(error) = kernel(q, out) {
+                        refused.get_or_init(|| error);
+                    }
+                })
+            });
+            ok(refused.into_inner().map_or(Ok(()), Err))?;
             Ok(array)
         }
     }

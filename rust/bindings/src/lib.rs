@@ -26,10 +26,6 @@ mod _core {
     #[pymodule_export]
     use super::design::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
-    use super::index::kinds::{
-        ConditionNumber, CustomIndex, JointLimits, LimitBarrier, Manipulability, SingularityParameter, SmallestSingularValue,
-    };
-    #[pymodule_export]
     use super::index::objective::PyObjective;
     #[pymodule_export]
     use super::plan::failure::PyPlanFailure;
@@ -64,6 +60,7 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::results::add_to(module)?;
+        super::index::kinds::register(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
     }

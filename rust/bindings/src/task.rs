@@ -12,7 +12,6 @@ use redundancy::kinematics::forward;
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::unit;
-use redundancy::resolve::degrees_of_redundancy;
 use redundancy::task::{Projector, Reference, Target, Task};
 
 /// What the tool has to do; the rest of its motion is free (Huo 2009, table 3.6: 16 twist projectors).
@@ -69,10 +68,6 @@ fn reference(value: Option<&Bound<'_, PyAny>>) -> PyResult<Reference> {
         Ok(other) => Err(Error::value("frame", format!("{other:?}"), "\"tool\", \"base\" or a (4, 4) array").into()),
         Err(_) => Ok(Reference::Part(ok(Frame::from_matrix("frame", &read_matrix("frame", value)?))?)),
     }
-}
-
-fn tool_at<const C: usize>(robot: &redundancy::robot::Robot, q: &[f64]) -> Frame {
-    forward::<C>(robot, q)
 }
 
 #[pymethods]
@@ -161,7 +156,7 @@ impl PyTask {
         let n = robot.n();
         let mut buffer = [0.0; MAX_JOINTS];
         read_vector("q", q, n, &mut buffer)?;
-        let tool = tool_at::<MAX_JOINTS>(robot, &buffer[..n]);
+        let tool = ok(forward(robot, &buffer[..n]))?;
         let m = self.task.projector(&tool);
         let rows: Vec<Vec<f64>> = m.iter().map(|row| row.to_vec()).collect();
         Ok(PyArray1::from_vec(py, rows.concat()).reshape([6, 6])?)
@@ -180,7 +175,7 @@ impl PyTask {
     ///     n - o, o - t and their sum, with o the dimension of the motions that the robot can make at all and t that of the task. The
     ///     functional one is negative when the robot cannot do the task.
     fn redundancy(&self, robot: &Bound<'_, PyRobot>) -> (isize, isize, isize) {
-        let (intrinsic, functional) = degrees_of_redundancy(&robot.get().robot, &self.task);
+        let (intrinsic, functional) = self.task.redundancy(&robot.get().robot);
         (intrinsic as isize, functional, intrinsic as isize + functional)
     }
 

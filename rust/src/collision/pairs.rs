@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::separation::separation;
 use crate::error::{Result, check_finite, check_vector};
-use crate::kinematics::joint_frames;
+use crate::kinematics::sized::joint_frames;
 use crate::robot::Robot;
 
 /// Two shapes whose distance matters. The first is a body of the robot, and normals lead away from it.

@@ -10,7 +10,7 @@ use super::pairs::Pair;
 use super::separation::{Separation, separate};
 use super::shape::Shape;
 use crate::error::{Error, Result, check_vector};
-use crate::kinematics::joint_frames;
+use crate::kinematics::sized::joint_frames;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, cross, dot, norm, sub};
 use crate::linalg::{MAX_JOINTS, Row6};

@@ -7,7 +7,7 @@
 
 use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::Jacobian;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::Real;
 use crate::linalg::{Mat6, Row6, Rows6, combined, gram, transposed};
@@ -242,6 +242,10 @@ impl JacobianIndex for ConditionNumber {
         }
     }
 
+    fn is_scale_free(&self) -> bool {
+        true
+    }
+
     /// With alpha and gamma the angular parts of a and b: `da/dL = 2 alpha / L`, `db/dL = -2 gamma / L` (at full row rank, the pseudo-inverse of
     /// `D J` is `J^+ D^-1`).
     #[inline(always)]
@@ -269,10 +273,8 @@ impl JacobianIndex for ConditionNumber {
     }
 }
 
-/// The length that minimises kappa_F at a posture, in closed form: `kappa^2 = (L^2 A + B)(C / L^2 + D) / m^2` gives `L^4 = B C / (A D)`, with A, B the
-/// squared norms of the angular and linear rows of J and C, D those of the angular and linear columns of J^+. `None` at a singularity or when
-/// the rows in use are all angular or all linear.
-pub fn length_of_least_condition<const C: usize>(rows: &Rows, jacobian: &Jacobian<C>) -> Option<f64> {
+/// [`super::length_of_least_condition`] where the Jacobian is known.
+pub fn length_at<const C: usize>(rows: &Rows, jacobian: &Jacobian<C>) -> Option<f64> {
     let (n, m, angular) = (jacobian.n(), rows.count(), rows.angular());
     if angular == 0 || angular == m {
         return None;

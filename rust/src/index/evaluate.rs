@@ -1,7 +1,7 @@
 //! What an index answers, and how its derivatives with respect to the Jacobian become derivatives with respect to the joints.
 
 use super::rows::Rows;
-use crate::kinematics::{Jacobian, pull_back, pull_back_second};
+use crate::kinematics::sized::{Jacobian, pull_back, pull_back_second};
 use crate::linalg::Row6;
 use crate::linalg::real::Real;
 
@@ -14,6 +14,18 @@ pub enum Order {
     Gradient,
     /// The value, the gradient and the Hessian.
     Hessian,
+}
+
+impl Order {
+    /// What an answer has room for.
+    #[inline(always)]
+    pub(super) fn wanted(gradient: &[f64], hessian: &[f64]) -> Self {
+        match (gradient, hessian) {
+            ([], []) => Self::Value,
+            (_, []) => Self::Gradient,
+            _ => Self::Hessian,
+        }
+    }
 }
 
 /// How far the numbers of an evaluation can be used.
@@ -76,9 +88,52 @@ impl<const C: usize> Evaluation<C> {
         }
     }
 
+    /// The same of `n` joints in another capacity that holds them.
+    #[inline(always)]
+    pub(crate) fn resized<const D: usize>(&self, n: usize) -> Evaluation<D> {
+        let mut out = Evaluation {
+            value: self.value,
+            length_slope: self.length_slope,
+            length_curvature: self.length_curvature,
+            status: self.status,
+            ..Evaluation::zero()
+        };
+        out.gradient[..n].copy_from_slice(&self.gradient[..n]);
+        out.length_gradient[..n].copy_from_slice(&self.length_gradient[..n]);
+        for k in 0..n {
+            out.hessian[k][..n].copy_from_slice(&self.hessian[k][..n]);
+        }
+        out
+    }
+
+    /// Writes the gradient and the Hessian of `n` joints, with the length as entry n when `with_length`; what is not wanted is empty.
+    #[inline(always)]
+    pub(super) fn write(&self, n: usize, with_length: bool, gradient: &mut [f64], hessian: &mut [f64]) {
+        let size = n + usize::from(with_length);
+        if !gradient.is_empty() {
+            gradient[..n].copy_from_slice(&self.gradient[..n]);
+            if with_length {
+                gradient[n] = self.length_slope;
+            }
+        }
+        if hessian.is_empty() {
+            return;
+        }
+        for k in 0..n {
+            hessian[k * size..k * size + n].copy_from_slice(&self.hessian[k][..n]);
+            if with_length {
+                hessian[k * size + n] = self.length_gradient[k];
+                hessian[n * size + k] = self.length_gradient[k];
+            }
+        }
+        if with_length {
+            hessian[n * size + n] = self.length_curvature;
+        }
+    }
+
     /// Adds `weight` times another evaluation of `n` joints.
     #[inline(always)]
-    pub fn add(&mut self, weight: f64, other: &Self, n: usize, order: Order) {
+    pub(crate) fn add(&mut self, weight: f64, other: &Self, n: usize, order: Order) {
         self.value += weight * other.value;
         self.length_slope += weight * other.length_slope;
         self.length_curvature += weight * other.length_curvature;
@@ -140,11 +195,23 @@ pub trait JacobianIndex: FirstOrder<f64> {
     /// Writes the second derivative of phi with respect to J, taken along `dJ/dq_k` and `dJ/dq_l` (k <= l).
     fn second<const C: usize>(&self, factors: &Self::Factors<C>, jacobian: &Jacobian<C>, m: usize, out: &mut [[f64; C]; C]);
 
+    /// Whether phi(s J_n) = phi(J_n) for every s: such an index does not depend on the length where it multiplies all rows in use.
+    fn is_scale_free(&self) -> bool {
+        false
+    }
+
     /// Derivatives with the length.
     fn length_terms<const C: usize>(&self, factors: &Self::Factors<C>, n: usize, m: usize) -> LengthTerms<C>;
 
-    /// Value and derivatives with respect to the joints, into a zeroed `out`.
+    /// Whether a change of the length changes the index.
     #[inline(always)]
+    fn depends_on_length(&self) -> bool {
+        let angular = self.rows().angular();
+        angular > 0 && !(self.is_scale_free() && angular == self.rows().count())
+    }
+
+    /// Value and derivatives with respect to the joints, into a zeroed `out`. One copy of every kernel, however many kinds share it.
+    #[inline(never)]
     fn evaluate<const C: usize>(&self, jacobian: &Jacobian<C>, order: Order, with_length: bool, out: &mut Evaluation<C>) {
         match self.rows().count() {
             6 if unrolls::<C>() => evaluate_rows(self, jacobian, 6, order, with_length, out),
@@ -185,7 +252,7 @@ fn evaluate_rows<const C: usize, I: JacobianIndex + ?Sized>(
     for k in 0..n {
         out.gradient[k] = slope * gradient[k];
     }
-    if with_length {
+    if with_length && index.depends_on_length() {
         let length = index.length_terms(&factors, n, m);
         let mixed = pull_back(jacobian, &length.y);
         out.length_slope = slope * length.slope;

@@ -23,6 +23,9 @@ pub struct JointLimits {
 }
 
 impl JointLimits {
+    /// Its name in job files.
+    pub const NAME: &str = "joint_limits";
+
     /// With one weight a joint, or an empty list for ones.
     pub fn new(weights: &[f64]) -> Result<Self> {
         check_weights(weights)?;
@@ -36,7 +39,7 @@ impl JointLimits {
 
     /// Value, gradient and (diagonal) Hessian.
     #[inline]
-    pub fn evaluate<const C: usize>(&self, limits: &Limits, q: &[f64], order: Order) -> Evaluation<C> {
+    pub(super) fn evaluate<const C: usize>(&self, limits: &Limits, q: &[f64], order: Order) -> Evaluation<C> {
         let mut out = Evaluation::zero();
         for i in 0..q.len() {
             let Some((middle, half)) = limits.middle_and_half(i) else { continue };
@@ -59,6 +62,9 @@ pub struct LimitBarrier {
 }
 
 impl LimitBarrier {
+    /// Its name in job files.
+    pub const NAME: &str = "limit_barrier";
+
     /// With one weight a joint, or an empty list for ones.
     pub fn new(weights: &[f64]) -> Result<Self> {
         check_weights(weights)?;
@@ -72,7 +78,7 @@ impl LimitBarrier {
 
     /// Value, gradient and (diagonal) Hessian; infinite with NaN derivatives on or beyond a limit.
     #[inline]
-    pub fn evaluate<const C: usize>(&self, limits: &Limits, q: &[f64], order: Order) -> Evaluation<C> {
+    pub(super) fn evaluate<const C: usize>(&self, limits: &Limits, q: &[f64], order: Order) -> Evaluation<C> {
         let mut out = Evaluation::zero();
         for i in 0..q.len() {
             let Some((_, half)) = limits.middle_and_half(i) else { continue };

@@ -4,7 +4,7 @@
 
 use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::Jacobian;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::Real;
 use crate::linalg::{Row6, Rows6, combined, transposed};

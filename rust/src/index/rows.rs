@@ -1,7 +1,7 @@
 //! Which rows of the Jacobian an index uses, and the length that makes them homogeneous.
 
 use crate::error::{Error, Result, check_positive};
-use crate::kinematics::{Jacobian, derivative_column};
+use crate::kinematics::sized::{Jacobian, derivative_column};
 use crate::linalg::real::Real;
 use crate::linalg::{Mat6, Row6, Rows6};
 
@@ -67,7 +67,7 @@ impl Rows {
 
     /// `dJ_n/dq_k` by columns, into a zeroed `out`.
     #[inline(always)]
-    pub fn normalised_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
+    pub(super) fn normalised_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
         for i in 0..jacobian.n() {
             let column = derivative_column(jacobian, k, i);
             if self.count == 6 {
@@ -82,7 +82,7 @@ impl Rows {
 
     /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k.
     #[inline(always)]
-    pub fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
+    pub(super) fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
         let angular = if m == 6 { 3 } else { self.angular() };
         for r in 0..m {
             for i in if r < angular { k + 1 } else { 0 }..C {
@@ -114,7 +114,7 @@ impl Rows {
 
     /// From `d(phi)/dJ_n` to `d(phi)/dJ`: puts the rows back and scales them again.
     #[inline(always)]
-    pub fn spread<T: Real>(&self, y: &Row6<T>) -> Row6<T> {
+    pub(super) fn spread<T: Real>(&self, y: &Row6<T>) -> Row6<T> {
         let mut out = [T::ZERO; 6];
         if self.count == 6 {
             for r in 0..6 {

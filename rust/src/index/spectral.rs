@@ -6,7 +6,7 @@
 
 use super::evaluate::{FirstOrder, JacobianIndex, LengthTerms, Status};
 use super::rows::Rows;
-use crate::kinematics::Jacobian;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::svd::Svd;
 use crate::linalg::{Row6, Rows6};
 
@@ -183,6 +183,10 @@ impl JacobianIndex for Spectral {
                 out[k][l] = if *repeated { f64::NAN } else { second(c, &svd.sigma, &b[k], &b[l], n, m) };
             }
         }
+    }
+
+    fn is_scale_free(&self) -> bool {
+        self.kind == SpectralKind::ConditionNumber
     }
 
     /// `dJ_n/dL = Pi J_n / L` is one more direction, whose own second derivative is zero.

@@ -1,6 +1,6 @@
 //! Damped Newton to a task, within the limits (Levenberg-Marquardt with damping by the error: Sugihara 2011).
 
-use crate::kinematics::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::damped::damped_step;
 use crate::linalg::size;
 use crate::linalg::vector::{Vec3, norm};

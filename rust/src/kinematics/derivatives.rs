@@ -1,7 +1,7 @@
 //! First and second derivatives of the Jacobian (Leger 2014, eq. 3.9 to 3.22, 3.41, with the errata). With `w = 0` and `v` the axis for a
 //! prismatic joint, one formula serves every mix of joints.
 
-use super::Jacobian;
+use super::forward::Jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::{add, cross, scale};
 

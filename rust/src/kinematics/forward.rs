@@ -48,10 +48,10 @@ impl<const C: usize> Jacobian<C> {
     /// The twist J qd.
     pub fn times(&self, rates: &[f64]) -> Row6 {
         let mut twist = [0.0; 6];
-        for i in 0..self.n() {
+        for (i, rate) in rates.iter().enumerate().take(self.n()) {
             let column = self.column(i);
             for r in 0..6 {
-                twist[r] += column[r] * rates[i];
+                twist[r] += column[r] * rate;
             }
         }
         twist
@@ -90,11 +90,12 @@ pub fn forward_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> Frame<T> {
 
 /// The frame of every joint after its motion, for collision geometry; entries beyond the joints are the identity.
 pub fn joint_frames(robot: &Robot, q: &[f64]) -> [Frame; MAX_JOINTS] {
+    let n = robot.n();
+    let (sines, cosines) = <f64 as Real>::sin_cos::<MAX_JOINTS>(q, n);
     let mut frames = [Frame::IDENTITY; MAX_JOINTS];
     let mut frame = Frame::IDENTITY;
-    for i in 0..robot.n() {
-        let (sine, cosine) = q[i].sin_cos();
-        frame = moved(&frame.compose(&robot.links()[i]), robot.joints()[i], q[i], sine, cosine);
+    for i in 0..n {
+        frame = moved(&frame.compose(&robot.links()[i]), robot.joints()[i], q[i], sines[i], cosines[i]);
         frames[i] = frame;
     }
     frames

@@ -4,7 +4,7 @@
 //! the curvature of J is `<Y, d2J/dq_k dq_l>`. With `J_i = [w_i; v_i]` both are running sums over the chain, valid for revolute and
 //! prismatic joints alike (`w = 0`).
 
-use super::Jacobian;
+use super::forward::Jacobian;
 use crate::linalg::Row6;
 use crate::linalg::real::Real;
 use crate::linalg::vector::{Vec3, add, cross, dot, halves, scale, sub};

@@ -16,11 +16,6 @@ impl Banded {
         Self { n, width, rows: vec![0.0; n * (width + 1)] }
     }
 
-    /// Zero again, the memory kept.
-    pub fn clear(&mut self) {
-        self.rows.fill(0.0);
-    }
-
     #[inline(always)]
     fn at(&self, i: usize, j: usize) -> usize {
         i * (self.width + 1) + self.width + j - i

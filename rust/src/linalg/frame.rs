@@ -19,6 +19,9 @@ const ORTHOGONALITY: f64 = 1e-6;
 /// How far it may be for the matrix to be taken as it is.
 const ROUNDING: f64 = 1e-14;
 
+/// How far the last row of a user's matrix may be from [0, 0, 0, 1].
+const LAST_ROW: f64 = 1e-12;
+
 /// What multiples of a right angle miss zero by.
 const ROUNDING_OF_PI: f64 = 1e-15;
 
@@ -88,7 +91,7 @@ impl Frame {
             return Err(Error::Shape { name: name.into(), got: format!("{} numbers", matrix.len()), expected: "(4, 4)".into() });
         }
         check_finite(name, matrix)?;
-        if matrix[12..15].iter().any(|x| x.abs() > 1e-12) || (matrix[15] - 1.0).abs() > 1e-12 {
+        if matrix[12..15].iter().any(|x| x.abs() > LAST_ROW) || (matrix[15] - 1.0).abs() > LAST_ROW {
             return Err(Error::value(name, format!("a matrix with last row {:?}", &matrix[12..16]), "last row [0, 0, 0, 1]"));
         }
         let column = |c: usize| [matrix[c], matrix[4 + c], matrix[8 + c]];

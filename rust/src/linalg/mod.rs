@@ -1,21 +1,34 @@
 //! Small dense linear algebra on the stack: nothing here allocates, loops without bound or knows a robot.
 //!
 //! The sizes of this field (6 rows, at most [`MAX_JOINTS`] columns) are too small for a general library's blocking, and the number of
-//! joints is known only at run time; `benches/linalg.rs` measures these routines beside nalgebra and faer.
+//! joints is known only at run time: kernels are compiled for a few capacities, and a room's door chooses the one that fits.
+//! `benches/linalg.rs` measures these routines beside nalgebra and faer. Open to users are [`vector`]s and [`frame`]s, whose sizes are in
+//! their types:
+//!
+//! ```
+//! use redundancy::linalg::frame::Frame;
+//! use redundancy::linalg::vector::{norm, sub};
+//!
+//! let turned = Frame::rotation([0.0, 0.0, 1.0], std::f64::consts::FRAC_PI_2).compose(&Frame::translation([1.0, 0.0, 0.0]));
+//! assert!(norm(sub(turned.origin, [0.0, 1.0, 0.0])) < 1e-15);
+//! ```
 
-pub mod banded;
-pub mod cholesky;
-pub mod damped;
+pub(crate) mod banded;
+pub(crate) mod capacity;
+pub(crate) mod cholesky;
+pub(crate) mod damped;
 pub mod frame;
-pub mod householder;
-pub mod left_null;
-pub mod lu;
-pub mod orthogonal;
-pub mod real;
-pub mod svd;
-pub mod symmetric;
-pub mod trig;
+pub(crate) mod householder;
+pub(crate) mod left_null;
+pub(crate) mod lu;
+pub(crate) mod orthogonal;
+pub(crate) mod real;
+pub(crate) mod svd;
+pub(crate) mod symmetric;
+pub(crate) mod trig;
 pub mod vector;
+
+pub(crate) use capacity::{Rows6, size};
 
 use real::Real;
 
@@ -28,19 +41,9 @@ pub type Row6<T = f64> = [T; 6];
 /// A matrix of at most six by six, by rows.
 pub type Mat6<T = f64> = [Row6<T>; 6];
 
-/// A matrix of at most six rows, one column a joint, by rows.
-pub type Rows6<const C: usize, T = f64> = [[T; C]; 6];
-
-/// The number of joints in use, a compile-time constant for the commonest capacity, so that loops unroll. Inner loops run over the whole
-/// capacity, whose entries beyond the joints are zero: whole vectors cost less than ragged ones.
-#[inline(always)]
-pub const fn size<const C: usize>(n: usize) -> usize {
-    if C == 6 { C } else { n }
-}
-
 /// The transpose: one row a joint.
 #[inline(always)]
-pub fn transposed<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> [Row6<T>; C] {
+pub(crate) fn transposed<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> [Row6<T>; C] {
     let mut out = [[T::ZERO; 6]; C];
     for r in 0..m {
         for i in 0..C {
@@ -52,7 +55,7 @@ pub fn transposed<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> [Row6<T
 
 /// Columns weighted by the first `n` entries of `z` and added.
 #[inline(always)]
-pub fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usize) -> Row6 {
+pub(crate) fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usize) -> Row6 {
     let mut out = [0.0; 6];
     for i in 0..n {
         for r in 0..6 {
@@ -64,7 +67,7 @@ pub fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usize) -> 
 
 /// `a a'`, computed once above the diagonal.
 #[inline(always)]
-pub fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
+pub(crate) fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
     let mut product = [[T::ZERO; 6]; 6];
     for r in 0..m {
         for c in r..m {
@@ -74,16 +77,4 @@ pub fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
         }
     }
     product
-}
-
-/// Calls `$function::<C>(args)` with the capacity that fits `$n` joints.
-#[macro_export]
-macro_rules! with_capacity {
-    ($n:expr, $function:ident ( $($argument:expr),* $(,)? )) => {
-        match $n {
-            6 => $function::<6>($($argument),*),
-            0..=8 => $function::<8>($($argument),*),
-            _ => $function::<{ $crate::linalg::MAX_JOINTS }>($($argument),*),
-        }
-    };
 }

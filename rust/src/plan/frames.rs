@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::numbers::linspace;
 use super::path::{Path, no_rotations};
 use crate::error::{Error, Result};
-use crate::kinematics::forward;
+use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use crate::robot::Robot;

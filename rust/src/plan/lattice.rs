@@ -8,13 +8,12 @@ use rayon::prelude::*;
 use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
-use crate::index::{Answers, Objective, Order};
+use crate::index::Objective;
 use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::Vec3;
 use crate::robot::{Joint, Robot};
-use crate::with_capacity;
 
 /// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
 pub const LIMIT_MARGIN: f64 = 1e-7;
@@ -287,8 +286,8 @@ impl Lattice {
             return;
         };
         let postures: Vec<f64> = feasible.iter().flat_map(|&cell| q[cell * n..(cell + 1) * n].iter().copied()).collect();
-        let mut values = vec![0.0; feasible.len()];
-        with_capacity!(n, many(objective, &self.robot, &postures, &mut values));
+        let mut values = vec![f64::NAN; feasible.len()];
+        objective.values_of(&self.robot, &postures, &mut values);
         for (&cell, got) in feasible.iter().zip(values) {
             if got.is_finite() {
                 value[cell] = got;
@@ -381,10 +380,6 @@ impl Slice {
             row[*joint] = x;
         }
     }
-}
-
-fn many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], values: &mut [f64]) {
-    objective.evaluate_many::<C>(robot, q, Order::Value, &mut Answers { values, gradients: &mut [], hessians: &mut [] });
 }
 
 /// Largest difference of two postures up to whole turns.

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::problem::{CHUNK, PARALLEL, PathProblem};
-use crate::index::{Evaluation, Order};
-use crate::kinematics::{Jacobian, jacobian};
+use crate::index::Order;
+use crate::index::sized::Evaluation;
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{Vec3, dot};
 use crate::linalg::{Rows6, size};
@@ -55,7 +56,7 @@ impl PathProblem {
     pub(super) fn values_at<const C: usize>(&self, q: &[[f64; C]]) -> Vec<f64> {
         let n = size::<C>(self.n());
         let Some(objective) = &self.objective else { return vec![0.0; q.len()] };
-        let one = |q: &[f64; C]| objective.evaluate::<C>(&self.robot, &q[..n], Order::Value, false).value;
+        let one = |q: &[f64; C]| objective.evaluate_sized::<C>(&self.robot, &q[..n], Order::Value, false).value;
         if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(CHUNK).map(one).collect() }
     }
 

@@ -11,9 +11,9 @@ use super::numbers::{mean_size, sum};
 use super::path::{Path, point_weights};
 use super::settings::{Aim, PlanSettings};
 use crate::error::Result;
-use crate::index::{Answers, Objective, Order};
+use crate::index::Objective;
 use crate::inverse::reach_sized;
-use crate::kinematics::forward;
+use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
 use crate::linalg::size;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
@@ -208,13 +208,10 @@ impl PathProblem {
 
     /// Values of the objective at postures; 0 without one.
     pub(super) fn values(&self, q: &[f64]) -> Vec<f64> {
-        fn many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], values: &mut [f64]) {
-            objective.evaluate_many::<C>(robot, q, Order::Value, &mut Answers { values, gradients: &mut [], hessians: &mut [] });
-        }
         let n = self.n();
         let mut values = vec![0.0; q.len() / n];
         if let Some(objective) = &self.objective {
-            let one = |(q, values): (&[f64], &mut [f64])| with_capacity!(n, many(objective, &self.robot, q, values));
+            let one = |(q, values): (&[f64], &mut [f64])| objective.values_of(&self.robot, q, values);
             if values.len() < PARALLEL {
                 one((q, &mut values));
             } else {

@@ -124,7 +124,7 @@ impl PlanSettings {
             return Err(Error::value("max_spin_step", shown(step), "an angle above 0, at most pi [rad]"));
         }
         match self.max_step {
-            Some(x) if !(x > 0.0) => Err(Error::value("max_step", shown(x), "a number above 0")),
+            Some(x) if x.is_nan() || x <= 0.0 => Err(Error::value("max_step", shown(x), "a number above 0")),
             _ => Ok(()),
         }
     }

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use redundancy::index::{ConditionNumber, Index, Objective, Rows};
+//! use redundancy::index::{Index, Kind, Objective, Rows};
 //! use redundancy::resolve::{OrthogonalSqp, Resolver, SolveStatus, SqpSettings, StepStatus};
 //! use redundancy::robot::{Convention, DhTable, Robot};
 //! use redundancy::task::{Target, Task};
@@ -19,8 +19,8 @@
 //!     theta: [0f64, -90.0, 0.0, 0.0, 0.0, 0.0].map(f64::to_radians).to_vec(),
 //! };
 //! let robot = Arc::new(Robot::from_dh("mill", table, "RRRRRR")?);
-//! let condition = ConditionNumber { rows: Rows::all(0.48)?, squared: true };
-//! let objective = Objective::new(vec![(1.0, Index::Condition(condition))])?;
+//! let condition = Index::of(Kind::ConditionNumber, Rows::all(0.48)?, true);
+//! let objective = Objective::new(vec![(1.0, condition)])?;
 //! let solver = OrthogonalSqp::new(robot, Task::axisymmetric([0.0, 0.0, 1.0])?, objective, SqpSettings::default())?;
 //!
 //! let target = Target { position: [1.05, 1.0, 0.0], axis: Some([1.0, 0.0, 0.0]), frame: [[0.0; 3]; 3] };
@@ -36,7 +36,6 @@
 
 mod quadratic;
 mod rate;
-mod redundancy;
 mod resolver;
 pub(crate) mod sqp;
 
@@ -45,6 +44,5 @@ pub use quadratic::{
     QuadraticStatus, Tick,
 };
 pub use rate::{Memory, Method, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Situation};
-pub use redundancy::degrees_of_redundancy;
 pub use resolver::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 pub use sqp::{OrthogonalSqp, SqpSettings};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
-use crate::kinematics::forward;
+use crate::kinematics::sized::forward;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};

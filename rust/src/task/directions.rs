@@ -1,6 +1,6 @@
 //! The directions of a task at a posture: from twists to the components that matter, and back.
 
-use crate::kinematics::Jacobian;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::vector::{Vec3, add, cross, dot, scale, sub};
 use crate::linalg::{Row6, Rows6};
 

@@ -8,6 +8,10 @@ use crate::linalg::vector::{Vec3, add, cross, dot, norm, perpendicular, scale, s
 /// Axes this close to opposite [rad] have no usable direction to turn in: any perpendicular will do.
 const OPPOSITE: f64 = 1e-8;
 
+/// A rotation whose angle has a sine below this [rad], beyond a quarter turn, is close to half a turn: the sum of cross products that gives
+/// its axis elsewhere loses the digits.
+const NEAR_HALF_TURN: f64 = 1e-6;
+
 impl Task {
     /// The small motion [w; v] that takes the tool to its target: a rotation vector and a translation (Leger 2014, eq. 4.34, from the
     /// actual to the desired pose), without what the task leaves free. Opposite axes are turned about any perpendicular.
@@ -100,7 +104,7 @@ fn rotation_vector(from: &[Vec3; 3], to: &[Vec3; 3]) -> Vec3 {
     let double = add(add(cross(from[0], to[0]), cross(from[1], to[1])), cross(from[2], to[2]));
     let sine = 0.5 * norm(double);
     let cosine = 0.5 * (dot(from[0], to[0]) + dot(from[1], to[1]) + dot(from[2], to[2]) - 1.0);
-    if sine > 1e-6 || cosine > 0.0 {
+    if sine > NEAR_HALF_TURN || cosine > 0.0 {
         let factor = if sine > 0.0 { sine.atan2(cosine) / sine } else { 1.0 };
         return scale(0.5 * factor, double);
     }

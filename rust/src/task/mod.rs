@@ -1,8 +1,34 @@
 //! What the tool has to do, and what it is free to do.
+//!
+//! ```
+//! use redundancy::kinematics::forward;
+//! use redundancy::robot::{Convention, DhTable, Robot};
+//! use redundancy::task::{Target, Task};
+//!
+//! let quarter = std::f64::consts::FRAC_PI_2;
+//! let table = DhTable {
+//!     convention: Convention::Standard,
+//!     a: vec![0.0, 0.4, 0.0, 0.0, 0.0, 0.0],
+//!     d: vec![0.3, 0.0, 0.0, 0.4, 0.0, 0.1],
+//!     alpha: vec![quarter, 0.0, quarter, -quarter, quarter, 0.0],
+//!     theta: vec![0.0; 6],
+//! };
+//! let robot = Robot::from_dh("six joints", table, "RRRRRR")?;
+//! // A milling tool may spin about its axis: five of six components of its twist matter.
+//! let task = Task::axisymmetric([0.0, 0.0, 1.0])?;
+//! assert_eq!((task.dimension(), task.redundancy(&robot)), (5, (0, 1)));
+//! // Spun by the last joint, which turns about that axis, the tool is where it has to be.
+//! let tool = forward(&robot, &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6])?;
+//! let spun = forward(&robot, &[0.1, 0.2, 0.3, 0.4, 0.5, 1.6])?;
+//! let (w, v) = task.error(&tool, &Target { position: spun.origin, axis: None, frame: spun.axes });
+//! assert!(w.iter().chain(&v).all(|x| x.abs() < 1e-12));
+//! # Ok::<(), redundancy::error::Error>(())
+//! ```
 
 mod directions;
 mod error;
 mod projector;
+mod redundancy;
 
 pub use directions::Directions;
 pub use projector::Projector;

@@ -95,7 +95,7 @@ fn shapes_and_places() {
     assert_eq!(bodies[0].shape.half_extents(), Some([0.1, 0.2, 0.3]));
     assert_eq!(bodies[1].shape.half_extents(), Some([0.0, 0.0, 0.5]));
     // The rod's axis leads from the first joint to the second at every posture.
-    let frames = redundancy::kinematics::link_frames(&robot, &[0.7, 0.0]);
+    let frames = redundancy::kinematics::link_frames(&robot, &[0.7, 0.0]).unwrap();
     let rod = frames[0].compose(&bodies[1].pose);
     let end: [f64; 3] = std::array::from_fn(|i| rod.origin[i] + 0.5 * rod.axes[2][i]);
     assert!(norm(sub(end, frames[1].origin)) < 1e-12);

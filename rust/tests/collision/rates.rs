@@ -62,7 +62,7 @@ fn worst(ka: usize, kb: usize, own: bool, cases: usize) -> (f64, usize, usize) {
 }
 
 fn collision_origin(robot: &redundancy::robot::Robot, body: &redundancy::collision::Body, q: &[f64]) -> [f64; 3] {
-    let frames = redundancy::kinematics::link_frames(robot, q);
+    let frames = redundancy::kinematics::link_frames(robot, q).unwrap();
     let k = match body.mount {
         Mount::Base => return robot.base().origin,
         Mount::Link(k) => k,

@@ -33,7 +33,7 @@ fn the_nearest_are_kept() {
         assert_eq!(few[..less.written], all[..less.written]);
         assert_eq!(scene.near(&q, 0.6, &mut []).unwrap().within, found.within);
         // Against a look at every pair.
-        let frames = redundancy::kinematics::link_frames(&robot, &q);
+        let frames = redundancy::kinematics::link_frames(&robot, &q).unwrap();
         let mut count = 0;
         for body in scene.bodies().iter().filter(|b| b.mount != Mount::Base) {
             let Mount::Link(k) = body.mount else { panic!() };

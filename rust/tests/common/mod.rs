@@ -4,11 +4,10 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use proptest::prelude::*;
-use redundancy::index::{
-    ConditionNumber, Evaluation, Index, JointLimits, LimitBarrier, Manipulability, Objective, Order, Rows, Spectral, SpectralKind,
-};
+use redundancy::index::{Index, JointLimits, Kind, LimitBarrier, Objective, Order, Rows};
+use redundancy::internals::index::Evaluation;
+use redundancy::internals::linalg::Svd;
 use redundancy::linalg::frame::Frame;
-use redundancy::linalg::svd::Svd;
 use redundancy::linalg::vector::{norm, scale};
 use redundancy::qp::Row;
 use redundancy::robot::{Convention, DhTable, Limits, Robot};
@@ -118,10 +117,10 @@ impl Rng {
     }
 }
 
-/// [`Objective::evaluate`], compiled once a capacity in place of at every call: it is large.
+/// [`Objective::evaluate`] by capacity, compiled once in place of at every call: it is large.
 #[inline(never)]
 pub fn evaluate<const N: usize>(objective: &Objective, robot: &Robot, q: &[f64], order: Order, with_length: bool) -> Evaluation<N> {
-    objective.evaluate::<N>(robot, q, order, with_length)
+    redundancy::internals::index::evaluate::<N>(objective, robot, q, order, with_length)
 }
 
 /// A generator seeded by proptest, which prints the seed of a failure.
@@ -168,18 +167,14 @@ pub fn iiwa() -> Robot {
 pub fn indices(rows: Rows) -> Vec<Index> {
     let mut all = vec![Index::JointLimits(JointLimits::new(&[]).unwrap()), Index::LimitBarrier(LimitBarrier::new(&[]).unwrap())];
     for squared in [false, true] {
-        all.push(Index::Condition(ConditionNumber { rows, squared }));
-        all.push(Index::Manipulability(Manipulability { rows, squared }));
-        for kind in [SpectralKind::ConditionNumber, SpectralKind::SmallestSingularValue, SpectralKind::SingularityParameter] {
-            all.push(Index::Spectral(Spectral { kind, rows, squared }));
-        }
+        all.extend(Kind::ALL.iter().map(|kind| Index::of(*kind, rows, squared)));
     }
     all
 }
 
 /// Singular values of the rows in use.
 pub fn singular_values(robot: &Robot, rows: &Rows, q: &[f64]) -> Vec<f64> {
-    let (_, columns) = redundancy::kinematics::jacobian::<16>(robot, q);
+    let (_, columns) = redundancy::kinematics::jacobian(robot, q).unwrap();
     let svd = Svd::<16>::new(&rows.normalised(&columns), robot.n(), rows.count());
     svd.sigma[..rows.count()].to_vec()
 }

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use redundancy::index::{Index, JointLimits, Objective};
-use redundancy::kinematics::{Jacobian, forward, jacobian};
+use redundancy::internals::kinematics::{Jacobian, forward, jacobian};
+use redundancy::internals::linalg::Svd;
+use redundancy::linalg::Row6;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::halves;
-use redundancy::linalg::{Row6, svd::Svd};
 use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling, Secondary, Situation, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Projector, Reference, Target, Task};

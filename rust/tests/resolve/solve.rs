@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::common::{Rng, evaluate, fanuc, iiwa};
-use redundancy::index::{ConditionNumber, Index, JointLimits, LimitBarrier, Objective, Order, Rows};
+use redundancy::index::{Index, JointLimits, Kind, LimitBarrier, Objective, Order, Rows};
+use redundancy::internals::kinematics::{forward, jacobian};
+use redundancy::internals::linalg::Orthogonal;
 use redundancy::inverse::reach;
-use redundancy::kinematics::{forward, jacobian};
-use redundancy::linalg::orthogonal::Orthogonal;
 use redundancy::resolve::{Memory, OrthogonalSqp, Resolver, Solution, SolveStatus, SqpSettings, StepStatus};
 use redundancy::robot::{Limits, RandomPostures, Robot};
 use redundancy::task::{Target, Task};
@@ -19,7 +19,7 @@ fn settings() -> SqpSettings {
 }
 
 fn condition(length: f64) -> Objective {
-    Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows: Rows::all(length).unwrap(), squared: true }))]).unwrap()
+    Objective::new(vec![(1.0, Index::of(Kind::ConditionNumber, Rows::all(length).unwrap(), true))]).unwrap()
 }
 
 fn milling() -> Task {

@@ -7,17 +7,12 @@ use crate::errors::PyResult;
 use pyo3::types::PyDict;
 
 use crate::array::{ok, read_vector, vector};
+use crate::index::kinds::rows_in;
 use crate::robot::PyRobot;
+use redundancy::design::{self, Length, Method, PlanarTetrahedron};
 use redundancy::error::Error;
-use redundancy::index::{PlanarTetrahedron, Rows};
-use redundancy::kinematics::jacobian;
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::optimize::{Outcome, Stop};
-use redundancy::posture::{self, Length, Method};
-
-fn rows_of(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
-    ok(rows.map_or_else(|| Rows::all(length), |rows| Rows::new(&rows, length)))
-}
 
 fn posture_of(robot: &PyRobot, name: &str, q: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let mut buffer = [0.0; MAX_JOINTS];
@@ -50,16 +45,16 @@ pub fn minimum_condition_posture<'py>(
         _ => return Err(Error::value("method", format!("{method:?}"), "\"newton\" or \"bfgs\"").into()),
     };
     ok(redundancy::error::check_positive("tolerance", tolerance))?;
-    let rows = rows_of(rows, length.unwrap_or(1.0))?;
+    let rows = rows_in(rows, length.unwrap_or(1.0))?;
     let start =
-        length0.map_or_else(|| posture::rms_length(&robot.robot, &q0), |length| redundancy::error::check_positive("length0", length));
+        length0.map_or_else(|| design::rms_length(&robot.robot, &q0), |length| redundancy::error::check_positive("length0", length));
     let length = match (length, eliminate) {
         (Some(length), _) => Length::Fixed(length),
         (None, true) => Length::Eliminated,
         (None, false) => Length::Variable(ok(start)?),
     };
     let stop = Stop { step: tolerance, iterations: max_iterations };
-    let found = ok(py.detach(|| posture::minimum_condition(&robot.robot, &q0, rows, length, method, stop)))?;
+    let found = ok(py.detach(|| design::minimum_condition(&robot.robot, &q0, rows, length, method, stop)))?;
     let status = match found.minimum.outcome {
         Outcome::Converged => "converged",
         Outcome::Stalled => "stalled",
@@ -86,7 +81,7 @@ pub fn minimum_condition_posture<'py>(
 #[pyo3(signature = (robot, q, rows=None))]
 pub fn characteristic_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>, rows: Option<Vec<usize>>) -> PyResult<f64> {
     let q = posture_of(robot.get(), "q", q)?;
-    let found = posture::characteristic_length(&robot.get().robot, &q, rows_of(rows, 1.0)?);
+    let found = design::characteristic_length(&robot.get().robot, &q, rows_in(rows, 1.0)?);
     Ok(ok(found)?.unwrap_or(f64::NAN))
 }
 
@@ -101,7 +96,7 @@ pub fn characteristic_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>, r
 #[pyfunction]
 pub fn rms_length(robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>) -> PyResult<f64> {
     let q = posture_of(robot.get(), "q", q)?;
-    ok(posture::rms_length(&robot.get().robot, &q))
+    ok(design::rms_length(&robot.get().robot, &q))
 }
 
 /// The tetrahedron of a planar 3R robot (Leger 2014, eq. 2.15 to 2.21) as a dictionary; the front end is `redundancy.PlanarTetrahedron`.
@@ -123,14 +118,7 @@ pub fn planar_tetrahedron<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let robot = robot.get();
     let q = posture_of(robot, "q", q)?;
-    let columns = jacobian::<MAX_JOINTS>(&robot.robot, &q).1;
-    let planar = q.len() == 3 && (0..3).all(|i| (columns.w[i][2].abs() - 1.0).abs() < 1e-12);
-    if !planar {
-        return Err(Error::value("robot", robot.robot.name(), "three revolute joints about the base z axis").into());
-    }
-    // v = e x r turned back by a right angle gives r.
-    let arms = std::array::from_fn(|i| [columns.v[i][1] * columns.w[i][2], -columns.v[i][0] * columns.w[i][2]]);
-    let found = ok(PlanarTetrahedron::new(arms, length))?;
+    let found = ok(PlanarTetrahedron::of(&robot.robot, &q, length))?;
     let dict = PyDict::new(py);
     let edges: Bound<'py, PyArray2<f64>> = PyArray1::from_vec(py, found.edges.concat()).reshape([3, 3])?;
     dict.set_item("edges", edges)?;

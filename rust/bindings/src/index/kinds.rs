@@ -2,20 +2,103 @@
 
 use pyo3::prelude::*;
 
-use crate::errors::PyResult;
-
 use crate::array::{ok, read_list};
+use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use redundancy::error::Error;
 use redundancy::index as core;
-use redundancy::index::{Index, Rows, Spectral, SpectralKind};
+use redundancy::index::{Index, Kind, Rows};
 
-fn rows(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
-    ok(match rows {
-        Some(rows) => Rows::new(&rows, length),
-        None => Rows::all(length),
-    })
+/// The rows in use and the length; all six rows if not given.
+pub fn rows_in(rows: Option<Vec<usize>>, length: f64) -> PyResult<Rows> {
+    ok(rows.map_or_else(|| Rows::all(length), |rows| Rows::new(&rows, length)))
 }
+
+fn of_jacobian(kind: Kind, length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyObjective> {
+    PyObjective::single(Index::of(kind, rows_in(rows, length)?, squared))
+}
+
+/// One Python class a kind of the core's declaration. [`ConditionNumber`], which is two of them, is written out.
+macro_rules! class {
+    ($(#[$doc:meta])* ConditionNumber) => {};
+    ($(#[$doc:meta])* SpectralConditionNumber) => {};
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        ///
+        /// Parameters
+        /// ----------
+        /// length : float
+        ///     Characteristic length that multiplies the angular rows [m]; 1 gives the usual index in SI units.
+        /// rows : sequence of int, optional
+        ///     Rows in use, 0 to 2 angular, 3 to 5 linear; all six if not given (planar robots: [2, 3, 4]).
+        /// squared : bool
+        ///     Whether the value is the square.
+        ///
+        /// Raises
+        /// ------
+        /// InvalidValueError
+        ///     If the length is not positive or the rows are not increasing.
+        #[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
+        pub struct $name;
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            #[pyo3(signature = (length=1.0, rows=None, squared=false))]
+            fn new(length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyClassInitializer<Self>> {
+                Ok(PyClassInitializer::from(of_jacobian(Kind::$name, length, rows, squared)?).add_subclass(Self))
+            }
+        }
+    };
+}
+
+/// One Python class a weighted index of the joints' limits.
+macro_rules! class_of_limits {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        ///
+        /// Parameters
+        /// ----------
+        /// weights : array_like, shape (n,), optional
+        ///     One for each joint; ones if not given. Joints without both limits do not count.
+        #[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
+        pub struct $name;
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            #[pyo3(signature = (weights=None))]
+            fn new(weights: Option<&Bound<'_, PyAny>>) -> PyResult<PyClassInitializer<Self>> {
+                let weights = weights.map_or_else(|| Ok(Vec::new()), |weights| read_list("weights", weights))?;
+                let index = Index::$name(ok(core::$name::new(&weights))?);
+                Ok(PyClassInitializer::from(PyObjective::single(index)?).add_subclass(Self))
+            }
+        }
+    };
+}
+
+macro_rules! register {
+    ($module:ident SpectralConditionNumber) => {};
+    ($module:ident $name:ident) => {
+        $module.add_class::<$name>()?;
+    };
+}
+
+macro_rules! classes {
+    ($($(#[$doc:meta])* $kind:ident $name:literal $lanes:ident $kernel:expr;)*) => {
+        $(class! { $(#[$doc])* $kind })*
+
+        /// Adds every class to the module.
+        pub fn register(module: &Bound<'_, PyModule>) -> Result<(), PyErr> {
+            $(register!(module $kind);)*
+            module.add_class::<JointLimits>()?;
+            module.add_class::<LimitBarrier>()?;
+            module.add_class::<CustomIndex>()
+        }
+    };
+}
+
+redundancy::of_jacobian!(classes);
 
 /// Condition number of the homogeneous Jacobian: 1 at an isotropic posture, inf at a singular one.
 ///
@@ -42,115 +125,23 @@ impl ConditionNumber {
     #[new]
     #[pyo3(signature = (length=1.0, norm="frobenius", rows=None, squared=false))]
     fn new(length: f64, norm: &str, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyClassInitializer<Self>> {
-        let rows = self::rows(rows, length)?;
-        let index = match norm {
-            "frobenius" => Index::Condition(core::ConditionNumber { rows, squared }),
-            "spectral" => Index::Spectral(Spectral { kind: SpectralKind::ConditionNumber, rows, squared }),
+        let kind = match norm {
+            "frobenius" => Kind::ConditionNumber,
+            "spectral" => Kind::SpectralConditionNumber,
             _ => return Err(Error::value("norm", format!("{norm:?}"), "\"frobenius\" or \"spectral\"").into()),
         };
-        Ok(PyClassInitializer::from(PyObjective::single(index)?).add_subclass(Self))
+        Ok(PyClassInitializer::from(of_jacobian(kind, length, rows, squared)?).add_subclass(Self))
     }
 }
 
-/// Manipulability sqrt(det(J_n J_n^T)), the volume of the ellipsoid (Leger 2014, eq. 1.8): 0 at a singular posture.
-///
-/// Parameters
-/// ----------
-/// length, rows, squared
-///     As for `ConditionNumber`; length 1 gives the usual index in SI units.
-#[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
-pub struct Manipulability;
-
-#[pymethods]
-impl Manipulability {
-    #[new]
-    #[pyo3(signature = (length=1.0, rows=None, squared=false))]
-    fn new(length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyClassInitializer<Self>> {
-        let index = Index::Manipulability(core::Manipulability { rows: self::rows(rows, length)?, squared });
-        Ok(PyClassInitializer::from(PyObjective::single(index)?).add_subclass(Self))
-    }
+class_of_limits! {
+    /// Distance to the middle of the joint ranges, 1/2 sum w_i ((q_i - middle_i) / half range_i)^2 (Huo 2009, eq. 4.1, made dimensionless).
+    JointLimits
 }
 
-fn spectral(kind: SpectralKind, length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyObjective> {
-    PyObjective::single(Index::Spectral(Spectral { kind, rows: self::rows(rows, length)?, squared }))
-}
-
-/// Smallest singular value of the homogeneous Jacobian: 0 at a singular posture.
-///
-/// Parameters
-/// ----------
-/// length, rows, squared
-///     As for `ConditionNumber`.
-#[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
-pub struct SmallestSingularValue;
-
-#[pymethods]
-impl SmallestSingularValue {
-    #[new]
-    #[pyo3(signature = (length=1.0, rows=None, squared=false))]
-    fn new(length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyClassInitializer<Self>> {
-        Ok(PyClassInitializer::from(spectral(SpectralKind::SmallestSingularValue, length, rows, squared)?).add_subclass(Self))
-    }
-}
-
-/// Huo's parameter of singularity sqrt(kappa_2 / manipulability) (Huo 2009, eq. 4.6): inf at a singular posture.
-///
-/// Parameters
-/// ----------
-/// length, rows, squared
-///     As for `ConditionNumber`; the source uses length 1.
-#[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
-pub struct SingularityParameter;
-
-#[pymethods]
-impl SingularityParameter {
-    #[new]
-    #[pyo3(signature = (length=1.0, rows=None, squared=false))]
-    fn new(length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<PyClassInitializer<Self>> {
-        Ok(PyClassInitializer::from(spectral(SpectralKind::SingularityParameter, length, rows, squared)?).add_subclass(Self))
-    }
-}
-
-fn weights(weights: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
-    weights.map_or_else(|| Ok(Vec::new()), |weights| read_list("weights", weights))
-}
-
-/// Distance to the middle of the joint ranges, 1/2 sum w_i ((q_i - middle_i) / half range_i)^2 (Huo 2009, eq. 4.1, made dimensionless).
-///
-/// Parameters
-/// ----------
-/// weights : array_like, shape (n,), optional
-///     One for each joint; ones if not given. Joints without both limits do not count.
-#[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
-pub struct JointLimits;
-
-#[pymethods]
-impl JointLimits {
-    #[new]
-    #[pyo3(signature = (weights=None))]
-    fn new(weights: Option<&Bound<'_, PyAny>>) -> PyResult<PyClassInitializer<Self>> {
-        let index = Index::JointLimits(ok(core::JointLimits::new(&self::weights(weights)?))?);
-        Ok(PyClassInitializer::from(PyObjective::single(index)?).add_subclass(Self))
-    }
-}
-
-/// Logarithmic barrier at the joint limits, -sum w_i ln((q_max - q)(q - q_min) / half range^2): 0 in the middle, inf at a limit.
-///
-/// Parameters
-/// ----------
-/// weights : array_like, shape (n,), optional
-///     One for each joint; ones if not given. Joints without both limits do not count.
-#[pyclass(extends = PyObjective, frozen, module = "redundancy._core")]
-pub struct LimitBarrier;
-
-#[pymethods]
-impl LimitBarrier {
-    #[new]
-    #[pyo3(signature = (weights=None))]
-    fn new(weights: Option<&Bound<'_, PyAny>>) -> PyResult<PyClassInitializer<Self>> {
-        let index = Index::LimitBarrier(ok(core::LimitBarrier::new(&self::weights(weights)?))?);
-        Ok(PyClassInitializer::from(PyObjective::single(index)?).add_subclass(Self))
-    }
+class_of_limits! {
+    /// Logarithmic barrier at the joint limits, -sum w_i ln((q_max - q)(q - q_min) / half range^2): 0 in the middle, inf at a limit.
+    LimitBarrier
 }
 
 /// A Python callable as an index.

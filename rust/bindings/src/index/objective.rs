@@ -1,22 +1,22 @@
 //! A weighted sum of indices as a Python class: evaluation at one posture and at many.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::errors::{Failure, PyResult};
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_rows, read_vector};
 use crate::index::custom::PyIndex;
+use crate::index::kinds::rows_in;
 use crate::robot::PyRobot;
 use redundancy::error::Error;
-use redundancy::index::{Answers, Evaluation, Index, Objective, Order, Status};
+use redundancy::index::{Answers, Index, Objective, Order, Status};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::Robot;
-use redundancy::with_capacity;
 
 /// A weighted sum of indices of a posture.
 ///
@@ -75,58 +75,6 @@ impl PyObjective {
     }
 }
 
-/// Writes value, gradient and Hessian; with the length as entry n when `with_length`.
-#[inline(always)]
-fn write<const C: usize>(got: &Evaluation<C>, n: usize, with_length: bool, gradient: &mut [f64], hessian: &mut [f64]) {
-    let size = n + usize::from(with_length);
-    if !gradient.is_empty() {
-        gradient[..n].copy_from_slice(&got.gradient[..n]);
-        if with_length {
-            gradient[n] = got.length_slope;
-        }
-    }
-    if hessian.is_empty() {
-        return;
-    }
-    for k in 0..n {
-        hessian[k * size..k * size + n].copy_from_slice(&got.hessian[k][..n]);
-        if with_length {
-            hessian[k * size + n] = got.length_gradient[k];
-            hessian[n * size + k] = got.length_gradient[k];
-        }
-    }
-    if with_length {
-        hessian[n * size + n] = got.length_curvature;
-    }
-}
-
-fn evaluate_into<const C: usize>(
-    objective: &Objective,
-    robot: &Robot,
-    q: &[f64],
-    order: Order,
-    with_length: bool,
-    gradient: &mut [f64],
-    hessian: &mut [f64],
-) -> (f64, Status) {
-    let got = objective.evaluate::<C>(robot, q, order, with_length);
-    write(&got, q.len(), with_length, gradient, hessian);
-    (got.value, got.status)
-}
-
-fn evaluate_many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], order: Order, with_length: bool, out: &mut Answers) {
-    if !with_length {
-        return objective.evaluate_many::<C>(robot, q, order, out);
-    }
-    let n = robot.n();
-    let size = n + 1;
-    for (i, q) in q.chunks_exact(n).enumerate() {
-        let gradient = out.gradients.get_mut(i * size..(i + 1) * size).unwrap_or_default();
-        let hessian = out.hessians.get_mut(i * size * size..(i + 1) * size * size).unwrap_or_default();
-        (out.values[i], _) = evaluate_into::<C>(objective, robot, q, order, true, gradient, hessian);
-    }
-}
-
 #[pymethods]
 impl PyObjective {
     /// Value and derivatives at a posture.
@@ -164,7 +112,6 @@ impl PyObjective {
         let order = self::order(order)?;
         self.check_length(with_length)?;
         let robot = &*robot.get().robot;
-        ok(self.objective.check(robot))?;
         let n = robot.n();
         let size = n + usize::from(with_length);
         let mut buffer = [0.0; MAX_JOINTS];
@@ -187,7 +134,7 @@ impl PyObjective {
             Some(array) => unsafe { std::slice::from_raw_parts_mut(array.data(), size * size) },
             None => &mut [],
         };
-        let (value, _) = with_capacity!(n, evaluate_into(&self.objective, robot, q, order, with_length, g, h));
+        let (value, _) = ok(self.objective.evaluate_into(robot, q, with_length, g, h))?;
         self.check()?;
         match (gradient, hessian) {
             (Some(gradient), Some(hessian)) => Ok((value, gradient, hessian).into_pyobject(py)?.into_any()),
@@ -224,7 +171,6 @@ impl PyObjective {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let order = self::order(order)?;
         let robot = &*robot.get().robot;
-        ok(self.objective.check(robot))?;
         let rows = match read_rows("q", q, robot.n())? {
             Postures::Many(rows) => rows,
             Postures::One(row) => row[..robot.n()].to_vec(),
@@ -240,11 +186,10 @@ impl PyObjective {
     /// "regular", "repeated" (singular values coincide), "singular" or "outside limits".
     fn status(&self, robot: &Bound<'_, PyRobot>, q: &Bound<'_, PyAny>) -> PyResult<&'static str> {
         let robot = &*robot.get().robot;
-        ok(self.objective.check(robot))?;
         let n = robot.n();
         let mut buffer = [0.0; MAX_JOINTS];
         read_vector("q", q, n, &mut buffer)?;
-        let (_, status) = with_capacity!(n, evaluate_into(&self.objective, robot, &buffer[..n], Order::Gradient, false, &mut [], &mut []));
+        let (_, status) = ok(self.objective.evaluate_into(robot, &buffer[..n], false, &mut [], &mut []))?;
         self.check()?;
         Ok(match status {
             Status::Regular => "regular",
@@ -252,6 +197,49 @@ impl PyObjective {
             Status::Singular => "singular",
             Status::OutsideLimits => "outside limits",
         })
+    }
+
+    /// The indices that job files know by name, and whether each is made of the Jacobian: these take a length, rows and a square.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to bool
+    ///     In the order in which they are told to people.
+    #[staticmethod]
+    fn kinds(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let kinds = PyDict::new(py);
+        for (name, of_jacobian) in Index::names() {
+            kinds.set_item(name, of_jacobian)?;
+        }
+        Ok(kinds)
+    }
+
+    /// An index by its name in job files.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     One of `kinds`.
+    /// length, rows, squared
+    ///     As for `ConditionNumber`; an index of the joints' limits has none of them.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If there is no such index, the length is not positive or the rows are not increasing.
+    #[staticmethod]
+    #[pyo3(signature = (name, length=1.0, rows=None, squared=false))]
+    fn named(name: &str, length: f64, rows: Option<Vec<usize>>, squared: bool) -> PyResult<Self> {
+        Self::single(ok(Index::named(name, rows_in(rows, length)?, squared))?)
+    }
+
+    /// What it is, in words: the name of its index if it has only one, else "value".
+    #[getter]
+    fn name(&self) -> String {
+        match self.objective.terms() {
+            [(1.0, index)] if !matches!(index, Index::Custom(_)) => index.name().replace('_', " "),
+            _ => "value".into(),
+        }
     }
 
     /// The length that all terms share [m], or None.
@@ -327,11 +315,14 @@ impl PyObjective {
         let (g, h) = (if order >= Order::Gradient { size } else { 0 }, if order == Order::Hessian { size * size } else { 0 });
         let arrays = (output(py, None, [count])?, output(py, None, [count, g])?, output(py, None, [count * h.min(1), size, size])?);
         let (values, gradients, hessians) = (elements(&arrays.0), elements(&arrays.1), elements(&arrays.2));
+        let refused = OnceLock::new();
         py.detach(|| {
             let mut work = || {
                 for_each_chunk(rows, n, [(values, 1), (gradients, g), (hessians, h)], |q, [values, gradients, hessians]| {
                     let out = &mut Answers { values, gradients, hessians };
-                    with_capacity!(n, evaluate_many(&self.objective, robot, q, order, with_length, out));
+                    if let Err(error) = self.objective.evaluate_many(robot, q, with_length, out) {
+                        refused.get_or_init(|| error);
+                    }
                 })
             };
             match pool {
@@ -339,6 +330,7 @@ impl PyObjective {
                 None => work(),
             }
         });
+        ok(refused.into_inner().map_or(Ok(()), Err))?;
         self.check()?;
         let mut parts = vec![arrays.0.into_any()];
         if g > 0 {

@@ -7,6 +7,7 @@ use crate::errors::PyResult;
 
 use crate::array::{ok, read_any, read_list, read_matrix};
 use crate::robot::PyRobot;
+use redundancy::error::Error;
 use redundancy::linalg::frame::Frame;
 use redundancy::robot::{Limits, Robot};
 
@@ -27,6 +28,15 @@ pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
 pub fn read_frames(frames: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
     let (numbers, _) = read_any("frames", frames)?;
     ok(numbers.chunks(16).map(|matrix| Frame::from_matrix("frames", matrix)).collect())
+}
+
+/// The fixed transforms ahead of the joints, (n, 4, 4).
+pub fn read_links(links: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
+    let (numbers, shape) = read_any("links", links)?;
+    if shape.len() != 3 || shape[1..] != [4, 4] {
+        return Err(Error::Shape { name: "links".into(), got: format!("{shape:?}"), expected: "(n, 4, 4)".into() }.into());
+    }
+    ok(numbers.chunks_exact(16).map(|matrix| Frame::from_matrix("links", matrix)).collect())
 }
 
 /// An argument that may be left out.

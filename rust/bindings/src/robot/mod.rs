@@ -3,5 +3,6 @@
 pub mod frames;
 mod inverse;
 mod model;
+mod tables;
 
 pub use model::PyRobot;

@@ -6,19 +6,22 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::errors::PyResult;
 use pyo3::types::PyDict;
 
 use super::inverse::{self, Wanted, read_fixed};
-use crate::array::{elements, map_rows, ok, output, read_any, read_list, read_vector, vector};
-use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame};
-use redundancy::error::{Error, Result};
+use crate::array::{elements, map_rows, ok, output, read_vector, vector};
+use crate::errors::PyResult;
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::robot::inverse::{self, Wanted, read_fixed};
+use crate::robot::tables::{dictionary, read_table, rebuilt_from};
+use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
-use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
+use redundancy::kinematics::{first_derivative, forward, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::linalg::frame::Frame;
-use redundancy::robot::{Convention, DhTable, RandomPostures, Robot, parse_joints};
-use redundancy::with_capacity;
+use redundancy::robot::{RandomPostures, Robot, parse_joints};
+
+/// An array of any shape.
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// A serial robot: joints, fixed transforms, base, tool and limits; it never changes.
 ///
@@ -90,13 +93,7 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
     ) -> PyResult<Self> {
-        let table = DhTable {
-            convention: ok(Convention::parse(convention))?,
-            a: read_list("a", a)?,
-            d: read_list("d", d)?,
-            alpha: read_list("alpha", alpha)?,
-            theta: read_list("theta", theta)?,
-        };
+        let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
         finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
     }
@@ -150,11 +147,7 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
     ) -> PyResult<Self> {
-        let (numbers, shape) = read_any("links", links)?;
-        if shape.len() != 3 || shape[1..] != [4, 4] {
-            return Err(Error::Shape { name: "links".into(), got: format!("{shape:?}"), expected: "(n, 4, 4)".into() }.into());
-        }
-        let frames = numbers.chunks_exact(16).map(|m| ok(Frame::from_matrix("links", m))).collect::<PyResult<Vec<_>>>()?;
+        let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
         finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
     }
@@ -228,69 +221,43 @@ impl PyRobot {
     /// The DH table it was made from (convention, a, d, alpha, theta), or None.
     #[getter]
     fn dh<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(table) = self.robot.dh() else { return Ok(None) };
-        let dict = PyDict::new(py);
-        dict.set_item("convention", table.convention.name())?;
-        for (name, column) in [("a", &table.a), ("d", &table.d), ("alpha", &table.alpha), ("theta", &table.theta)] {
-            dict.set_item(name, vector(py, column))?;
-        }
-        Ok(Some(dict))
+        self.robot.dh().map(|table| dictionary(py, table)).transpose()
     }
 
     /// Tool frame in the base frame, shape (4, 4) (batch: (N, 4, 4)).
     #[pyo3(signature = (q, out=None))]
-    fn fk<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn fk<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Array<'py>> {
         let robot = &*self.robot;
-        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-            if let Ok(out) = out.try_into() {
-                forward::<C>(robot, q).write_matrix(out);
-            }
-        }
-        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| {
+            let tool = forward(robot, q)?;
+            out.copy_from_slice(&tool.matrix());
+            Ok(())
+        })
     }
 
     /// Geometric Jacobian, shape (6, n) (batch: (N, 6, n)): rows [omega; v], angular first, at the tool point, in the base frame
     /// (Leger 2014, eq. 1.2).
     #[pyo3(signature = (q, out=None))]
-    fn jacobian<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Array<'py>> {
         let robot = &*self.robot;
-        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-            jacobian::<C>(robot, q).1.write(out);
-        }
-        map_rows::<2, 3>(py, robot.n(), q, out, [6, robot.n()], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+        map_rows::<2, 3>(py, robot.n(), q, out, [6, robot.n()], |q, out| jacobian_into(robot, q, out))
     }
 
     /// Derivative of the Jacobian, shape (6, n, n) (batch: (N, 6, n, n)): ``[:, i, k]`` is dJ_i/dq_k (Leger 2014, eq. 3.10 to 3.22).
     #[pyo3(signature = (q, out=None))]
-    fn jacobian_derivative<'py>(
-        &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        out: Maybe<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Array<'py>> {
         let robot = &*self.robot;
         let n = robot.n();
-        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-            first_derivative(&jacobian::<C>(robot, q).1, out);
-        }
-        map_rows::<3, 4>(py, n, q, out, [6, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+        map_rows::<3, 4>(py, n, q, out, [6, n, n], |q, out| first_derivative(robot, q, out))
     }
 
     /// Second derivative of the Jacobian, shape (6, n, n, n) (batch: (N, 6, n, n, n)): ``[:, i, k, l]`` is d2J_i/dq_k dq_l
     /// (Leger 2014, eq. 3.41, 3.42).
     #[pyo3(signature = (q, out=None))]
-    fn jacobian_second_derivative<'py>(
-        &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        out: Maybe<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn jacobian_second_derivative<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Array<'py>> {
         let robot = &*self.robot;
         let n = robot.n();
-        fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-            second_derivative(&jacobian::<C>(robot, q).1, out);
-        }
-        map_rows::<4, 5>(py, n, q, out, [6, n, n, n], |q, out| with_capacity!(q.len(), kernel(robot, q, out)))
+        map_rows::<4, 5>(py, n, q, out, [6, n, n, n], |q, out| second_derivative(robot, q, out))
     }
 
     /// Time derivative of the Jacobian at rates ``qd``, shape (6, n); one posture at a time.
@@ -301,24 +268,31 @@ impl PyRobot {
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         out: Maybe<'_, 'py>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    ) -> PyResult<Array<'py>> {
         let n = self.robot.n();
         let (mut posture, mut rates) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
         read_vector("q", q, n, &mut posture)?;
         read_vector("qd", qd, n, &mut rates)?;
         let array = output(py, out, [6, n])?;
-        fn kernel<const C: usize>(robot: &Robot, q: &[f64], qd: &[f64], out: &mut [f64]) {
-            jacobian_rate(&jacobian::<C>(robot, q).1, qd).write(out);
-        }
-        with_capacity!(n, kernel(&self.robot, &posture[..n], &rates[..n], elements(&array)));
+        ok(jacobian_rate(&self.robot, &posture[..n], &rates[..n], elements(&array)))?;
         Ok(array)
+    }
+
+    /// Rows of the Jacobian in which the tool can move at all: 0 to 2 (angular) and 3 to 5 (linear).
+    ///
+    /// Returns
+    /// -------
+    /// list of int
+    ///     All six for most robots; 2, 3 and 4 for a planar one in the x-y plane.
+    fn rows_in_use(&self) -> Vec<usize> {
+        self.robot.rows_in_use()
     }
 
     /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
     fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let mut posture = [0.0; MAX_JOINTS];
         read_vector("q", q, self.robot.n(), &mut posture)?;
-        matrices(py, &link_frames(&self.robot, &posture[..self.robot.n()]))
+        matrices(py, &ok(link_frames(&self.robot, &posture[..self.robot.n()]))?)
     }
 
     /// The same robot with another tool frame (4, 4) in its flange frame.
@@ -495,36 +469,6 @@ impl PyRobot {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let py = slf.py();
-        let robot = &*slf.get().robot;
-        let class = py.get_type::<Self>();
-        let limits = robot.limits();
-        let tail = (
-            matrix(py, robot.tool())?,
-            matrix(py, robot.base())?,
-            vector(py, &limits.q_min),
-            vector(py, &limits.q_max),
-            vector(py, &limits.qd_max),
-            vector(py, &limits.qdd_max),
-            robot.name(),
-        )
-            .into_pyobject(py)?;
-        match robot.dh() {
-            Some(t) => {
-                let head = (
-                    vector(py, &t.a),
-                    vector(py, &t.d),
-                    vector(py, &t.alpha),
-                    vector(py, &t.theta),
-                    robot.joint_letters(),
-                    t.convention.name(),
-                );
-                Ok((class.getattr("from_dh")?, head.into_pyobject(py)?.add(tail)?))
-            }
-            None => {
-                let head = (matrices(py, robot.bare_links())?, matrix(py, robot.flange())?, robot.joint_letters());
-                Ok((class.getattr("from_links")?, head.into_pyobject(py)?.add(tail)?))
-            }
-        }
+        rebuilt_from(&slf.py().get_type::<Self>(), &slf.get().robot)
     }
 }

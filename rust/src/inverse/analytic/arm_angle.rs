@@ -7,7 +7,7 @@ use super::structure::{Turned, meeting, point, square};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::newton::reach_sized;
-use crate::kinematics::link_frames;
+use crate::kinematics::sized::link_frames;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub, unit};
 use crate::robot::{Joint, Robot};

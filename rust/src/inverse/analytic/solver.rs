@@ -11,7 +11,7 @@ use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::general::general;
 use crate::inverse::newton::reach_sized;
-use crate::kinematics::{forward_of, jacobian};
+use crate::kinematics::sized::{forward_of, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::{Lanes, Real};

@@ -2,8 +2,9 @@
 
 use super::programme::Cost;
 use crate::error::{Error, Result};
-use crate::index::{Objective, Order, differences};
-use crate::kinematics::Jacobian;
+use crate::index::sized::differences;
+use crate::index::{Objective, Order};
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, size};
@@ -110,8 +111,8 @@ impl IndexTerm {
     fn add_equality<const C: usize>(&self, robot: &Robot, q: &[f64], jacobian: &Jacobian<C>, dt: f64, cost: &mut Cost<C>) -> bool {
         let (value, gradient) = match self.derivatives {
             Derivatives::Differences(step) => {
-                let (value, gradient, _) = differences::<C>(&self.objective, robot, q, Order::Gradient, step);
-                (value, gradient)
+                let at = differences::<C>(&self.objective, robot, q, Order::Gradient, step);
+                (at.value, at.gradient)
             }
             Derivatives::Exact | Derivatives::Bfgs => {
                 let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
@@ -137,7 +138,10 @@ impl IndexTerm {
     ) -> bool {
         let n = size::<C>(robot.n());
         let (value, gradient, hessian) = match self.derivatives {
-            Derivatives::Differences(step) => differences::<C>(&self.objective, robot, q, Order::Hessian, step),
+            Derivatives::Differences(step) => {
+                let at = differences::<C>(&self.objective, robot, q, Order::Hessian, step);
+                (at.value, at.gradient, at.hessian)
+            }
             Derivatives::Bfgs => {
                 let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
                 (at.value, at.gradient, memory.update(q, &at.gradient))

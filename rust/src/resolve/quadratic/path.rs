@@ -7,7 +7,7 @@ use super::settings::{QuadraticMemory, Tick};
 use super::solver::{QuadraticSolver, RateBounds};
 use crate::index::{Objective, Order};
 use crate::inverse::reach_sized;
-use crate::kinematics::forward;
+use crate::kinematics::sized::forward;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus};
@@ -68,7 +68,7 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
     let found = reach_sized::<C>(robot, limits, &solver.task, target, settings.length, &mut q[..n], TOLERANCE, REACH_ITERATIONS);
     let (w, v) = solver.task.error(&forward::<C>(robot, &q[..n]), target);
     let (position_error, angle_error) = (norm(v), norm(w));
-    let value = |objective: &Objective| objective.evaluate::<C>(robot, &q[..n], Order::Value, false).value;
+    let value = |objective: &Objective| objective.evaluate_sized::<C>(robot, &q[..n], Order::Value, false).value;
     Solution {
         q,
         value: solver.objective().map_or(f64::NAN, value),

@@ -8,7 +8,7 @@ use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
-use crate::kinematics::jacobian;
+use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Status};

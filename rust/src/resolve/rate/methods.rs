@@ -1,7 +1,7 @@
 //! One step of the methods that resolve redundancy at the level of rates (Huo 2009): twist decomposition, the subject of that thesis, and its
 //! rivals, each as `h + x` with h the motion that the secondary task asks for and x the shortest solution of the method's own system.
 
-use crate::kinematics::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::damped::damped_step;
 use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;

@@ -1,8 +1,8 @@
 //! What a robot does with the freedom that the task leaves: the motion h that a secondary task asks for.
 
 use crate::error::{Result, check_positive, check_vector};
-use crate::index::{Index, Objective, Order, Rows, Spectral, SpectralKind};
-use crate::kinematics::Jacobian;
+use crate::index::{Index, Kind, Objective, Order, Rows};
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::resolve::sqp::{Bounds, Known, newton_step};
 use crate::robot::Robot;
@@ -48,8 +48,7 @@ impl PosturePull {
         let rows = Rows::all(length)?;
         let wide = |values: &[f64]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0));
         let parameter = if k.iter().any(|x| *x != 0.0) {
-            let kind = SpectralKind::SingularityParameter;
-            let parameter = Objective::new(vec![(1.0, Index::Spectral(Spectral { kind, rows, squared: false }))])?;
+            let parameter = Objective::new(vec![(1.0, Index::of(Kind::SingularityParameter, rows, false))])?;
             parameter.check(robot)?;
             Some(parameter)
         } else {
@@ -138,7 +137,7 @@ impl Secondary {
     /// Its value at a posture, NaN for a pull or nothing.
     pub(super) fn value<const C: usize>(&self, robot: &Robot, q: &[f64]) -> f64 {
         match self {
-            Self::Objective(objective, _) => objective.evaluate::<C>(robot, q, Order::Value, false).value,
+            Self::Objective(objective, _) => objective.evaluate_sized::<C>(robot, q, Order::Value, false).value,
             Self::None | Self::Pull(_) => f64::NAN,
         }
     }

@@ -6,7 +6,7 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach;
-use crate::kinematics::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::StepStatus;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
-use crate::kinematics::jacobian;
+use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::robot::Robot;

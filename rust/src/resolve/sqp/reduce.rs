@@ -1,6 +1,6 @@
 //! The Hessian of the Lagrangian in the free motion of a task: `Z' (H - sum lambda d2h) Z`.
 
-use crate::kinematics::{Jacobian, jacobian_rate};
+use crate::kinematics::sized::{Jacobian, jacobian_rate};
 use crate::linalg::Rows6;
 use crate::linalg::vector::{Vec3, dot};
 use crate::task::Directions;

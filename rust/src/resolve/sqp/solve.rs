@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::{Bounds, Known, OrthogonalSqp, RADIUS, newton_step};
-use crate::index::{Evaluation, Order};
+use crate::index::Order;
+use crate::index::sized::Evaluation;
 use crate::inverse::reach_sized;
-use crate::kinematics::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, size};

@@ -6,8 +6,8 @@
 //! objective's Hessian alone, as in (3.63), convergence is linear only.
 
 use super::reduce::Curvature;
-use crate::index::Evaluation;
-use crate::kinematics::Jacobian;
+use crate::index::sized::Evaluation;
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;

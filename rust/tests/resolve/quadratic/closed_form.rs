@@ -4,7 +4,7 @@ use super::oracle::{Case, apart, expansion, first_step, minimiser, posture, sett
 use crate::common::{Rng, iiwa, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
-use redundancy::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Rows};
+use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
 use redundancy::resolve::{Derivatives, IndexForm, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
 use redundancy::task::Task;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ use std::sync::Arc;
 fn objective(rng: &mut Rng, n: usize) -> Objective {
     let rows = Rows::new(if n < 6 { &[3, 4] } else { &[0, 1, 2, 3, 4, 5] }, 0.5).unwrap();
     let index = match rng.below(3) {
-        0 => return Objective::new(vec![(-1.0, Index::Manipulability(Manipulability { rows, squared: false }))]).unwrap(),
+        0 => return Objective::new(vec![(-1.0, Index::of(Kind::Manipulability, rows, false))]).unwrap(),
         1 => Index::JointLimits(JointLimits::new(&[]).unwrap()),
-        _ => Index::Condition(ConditionNumber { rows, squared: false }),
+        _ => Index::of(Kind::ConditionNumber, rows, false),
     };
     Objective::new(vec![(1.0, index)]).unwrap()
 }

@@ -158,7 +158,7 @@ proptest! {
         let rng = &mut Rng(seed);
         let mut world = World::new(rng, 1, if moving { 0.1 } else { 0.0 });
         // About a point of a moving body, off its axis or on it.
-        let links = redundancy::kinematics::link_frames(&world.case.robot, &world.q);
+        let links = redundancy::kinematics::link_frames(&world.case.robot, &world.q).unwrap();
         let body = &world.scene.bodies()[1 + rng.below(3)];
         let redundancy::collision::Mount::Link(k) = body.mount else { panic!() };
         let half = body.shape.half_extents().unwrap()[2];

@@ -4,7 +4,7 @@ use super::oracle::{Case, apart, expansion, first_step, minimiser, posture, sett
 use crate::common::{Rng, evaluate, iiwa, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
-use redundancy::index::{ConditionNumber, Index, JointLimits, Manipulability, Objective, Order, Rows, differences};
+use redundancy::index::{Evaluation, Index, JointLimits, Kind, Objective, Order, Rows, differences};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::optimize::direct_update;
 use redundancy::resolve::{Derivatives, IndexForm, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
@@ -18,11 +18,11 @@ fn all_rows() -> Rows {
 
 /// Of which more is better.
 fn manipulability() -> Objective {
-    Objective::new(vec![(-1.0, Index::Manipulability(Manipulability { rows: all_rows(), squared: false }))]).unwrap()
+    Objective::new(vec![(-1.0, Index::of(Kind::Manipulability, all_rows(), false))]).unwrap()
 }
 
 fn condition() -> Objective {
-    Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows: all_rows(), squared: false }))]).unwrap()
+    Objective::new(vec![(1.0, Index::of(Kind::ConditionNumber, all_rows(), false))]).unwrap()
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn the_update_survives_numbers_of_any_size() {
 /// The errors of both derivatives with a step.
 fn errors(objective: &Objective, robot: &Robot, q: &[f64], step: f64) -> (f64, f64) {
     let n = q.len();
-    let (value, gradient, hessian) = differences::<8>(objective, robot, q, Order::Hessian, step);
+    let Evaluation { value, gradient, hessian, .. } = differences(objective, robot, q, Order::Hessian, step).unwrap();
     let exact = evaluate::<8>(objective, robot, q, Order::Hessian, false);
     assert!((value - exact.value).abs() <= 1e-14 * value.abs());
     let slope = (0..n).map(|i| (gradient[i] - exact.gradient[i]).powi(2)).sum::<f64>().sqrt();
@@ -227,7 +227,7 @@ fn differences_are_of_second_order() {
     let quadratic = Objective::new(vec![(1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
     let (slope, curvature) = errors(&quadratic, &robot, &[0.3; 7], 0.1);
     assert!(slope < 1e-13 && curvature < 1e-12, "{slope:e} {curvature:e}");
-    assert_eq!(differences::<8>(&quadratic, &robot, &[0.3; 7], Order::Gradient, 0.1).2, [[0.0; 8]; 8]);
+    assert_eq!(differences(&quadratic, &robot, &[0.3; 7], Order::Gradient, 0.1).unwrap().hessian, [[0.0; 16]; 16]);
 }
 
 /// All sources of derivatives lead to the same rates, as far as differences can.

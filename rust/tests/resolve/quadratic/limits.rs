@@ -3,7 +3,7 @@
 use super::oracle::{C, Case, first_step, planar, posture, settings, step, twist};
 use crate::common::{OwnRow, Rng, iiwa, rngs, views};
 use proptest::prelude::*;
-use redundancy::index::{ConditionNumber, Index, JointLimits, Objective, Rows};
+use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::resolve::{Derivatives, IndexForm, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use redundancy::robot::{Limits, Robot};
@@ -72,8 +72,7 @@ fn anywhere(rng: &mut Rng, robot: &Robot) -> Vec<f64> {
 
 fn objective(n: usize) -> Objective {
     let rows = Rows::new(if n < 6 { &[3, 4] } else { &[0, 1, 2, 3, 4, 5] }, 0.5).unwrap();
-    let both =
-        vec![(1.0, Index::Condition(ConditionNumber { rows, squared: false })), (0.1, Index::JointLimits(JointLimits::new(&[]).unwrap()))];
+    let both = vec![(1.0, Index::of(Kind::ConditionNumber, rows, false)), (0.1, Index::JointLimits(JointLimits::new(&[]).unwrap()))];
     Objective::new(both).unwrap()
 }
 
@@ -168,7 +167,7 @@ fn singular_postures() {
     let plane = Rows::new(&[3, 4], 1.0).unwrap();
     for (robot, task, rows) in [(iiwa(), Task::FULL, full), (planar(), super::oracle::in_plane(), plane)] {
         let case = Case { robot: Arc::new(robot), task };
-        let condition = Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows, squared: false }))]).unwrap();
+        let condition = Objective::new(vec![(1.0, Index::of(Kind::ConditionNumber, rows, false))]).unwrap();
         let middle = Objective::new(vec![(1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
         for off in [0.0, 1e-12, 1e-8, 1e-4, 1e-2] {
             for _ in 0..50 {

@@ -7,7 +7,7 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector};
 use redundancy::index::{Objective, Order};
-use redundancy::kinematics::jacobian;
+use redundancy::internals::kinematics::jacobian;
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::linalg::frame::Frame;
 use redundancy::resolve::{Derivatives, IndexForm, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, Tick};
@@ -149,7 +149,7 @@ pub fn first_step(solver: &QuadraticSolver, tick: &Tick<'_>) -> (Vec<f64>, Outco
 /// Value, gradient and Hessian of an objective.
 pub fn expansion(objective: &Objective, robot: &Robot, q: &[f64]) -> (f64, DVector<f64>, DMatrix<f64>) {
     let n = q.len();
-    let at = objective.evaluate::<MAX_JOINTS>(robot, q, Order::Hessian, false);
+    let at = objective.evaluate(robot, q, Order::Hessian, false).unwrap();
     (at.value, DVector::from_column_slice(&at.gradient[..n]), DMatrix::from_fn(n, n, |i, j| at.hessian[i][j]))
 }
 
@@ -213,5 +213,5 @@ pub fn least_violation(n: usize, bounds: &[(f64, f64)], rows: &[OwnRow<C>]) -> f
 
 /// A robot's tool frame.
 pub fn tool(robot: &Robot, q: &[f64]) -> Frame {
-    redundancy::kinematics::forward::<MAX_JOINTS>(robot, q)
+    redundancy::kinematics::forward(robot, q).unwrap()
 }

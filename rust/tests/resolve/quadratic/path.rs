@@ -4,7 +4,7 @@ use super::oracle::{Case, apart, first_step, posture, settings, step, tool, twis
 use crate::common::{Rng, fanuc, iiwa, rngs};
 use nalgebra::DVector;
 use proptest::prelude::*;
-use redundancy::index::{ConditionNumber, Index, Objective, Order, Rows};
+use redundancy::index::{Index, Kind, Objective, Order, Rows};
 use redundancy::linalg::vector::{dot, norm, sub};
 use redundancy::resolve::{
     Derivatives, IndexForm, Memory, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, SolveStatus, Tick,
@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 fn condition() -> Objective {
     let rows = Rows::new(&[0, 1, 2, 3, 4, 5], 0.5).unwrap();
-    Objective::new(vec![(1.0, Index::Condition(ConditionNumber { rows, squared: false }))]).unwrap()
+    Objective::new(vec![(1.0, Index::of(Kind::ConditionNumber, rows, false))]).unwrap()
 }
 
 proptest! {

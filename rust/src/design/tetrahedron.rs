@@ -1,7 +1,12 @@
 //! The condition number of a planar 3R robot as a tetrahedron (Leger 2014, eq. 2.15 to 2.21).
 
-use crate::error::{Result, check_positive};
+use crate::error::{Error, Result, check_positive};
+use crate::kinematics::jacobian;
 use crate::linalg::vector::{Vec3, cross, dot, norm};
+use crate::robot::Robot;
+
+/// How far an axis may lean from the base z axis, as what its z component misses 1 by.
+const UPRIGHT: f64 = 1e-12;
 
 /// The tetrahedron whose edges from one vertex are the columns `[L; r_i]` of the rotated normalised Jacobian, `r_i` from joint i to the
 /// operation point: its base is the robot, its height the length L.
@@ -22,6 +27,17 @@ pub struct PlanarTetrahedron {
 }
 
 impl PlanarTetrahedron {
+    /// Of a robot of three revolute joints about the base z axis, at a posture.
+    pub fn of(robot: &Robot, q: &[f64], length: f64) -> Result<Self> {
+        let (_, columns) = jacobian(robot, q)?;
+        if robot.n() != 3 || (0..3).any(|i| (columns.w[i][2].abs() - 1.0).abs() >= UPRIGHT) {
+            return Err(Error::value("robot", robot.name(), "three revolute joints about the base z axis"));
+        }
+        // v = e x r turned back by a right angle gives r.
+        let arms = std::array::from_fn(|i| [columns.v[i][1] * columns.w[i][2], -columns.v[i][0] * columns.w[i][2]]);
+        Self::new(arms, length)
+    }
+
     /// From the vectors from each joint to the operation point, in the plane, and the length.
     pub fn new(arms: [[f64; 2]; 3], length: f64) -> Result<Self> {
         check_positive("length", length)?;

@@ -1,9 +1,11 @@
 //! The condition number of the oracle postures: value, gradient and Hessian in (q, L), within multiples of 2.2e-16 kappa.
 
-use redundancy::index::{ConditionNumber, Index, Objective, Order, Rows};
+use redundancy::index::{Index, Kind, Objective, Order, Rows};
 use redundancy::linalg::frame::Frame;
 use redundancy::robot::{Convention, DhTable, Robot};
 use serde_json::Value;
+
+use crate::common::evaluate;
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|x| x.as_str().unwrap().parse().unwrap()).collect()
@@ -26,9 +28,9 @@ fn case_errors<const C: usize>(case: &Value) -> (bool, [f64; 3]) {
     let length: f64 = case["L"].as_str().unwrap().parse().unwrap();
     let q = numbers(&case["q"]);
     let n = q.len();
-    let index = ConditionNumber { rows: Rows::new(&rows, length).unwrap(), squared: true };
-    let objective = Objective::new(vec![(1.0, Index::Condition(index))]).unwrap();
-    let got = objective.evaluate::<C>(&robot, &q, Order::Hessian, true);
+    let index = Index::of(Kind::ConditionNumber, Rows::new(&rows, length).unwrap(), true);
+    let objective = Objective::new(vec![(1.0, index)]).unwrap();
+    let got = evaluate::<C>(&objective, &robot, &q, Order::Hessian, true);
 
     let kappa: f64 = case["kappa"].as_str().unwrap().parse().unwrap();
     let gradient = numbers(&case["grad"]);

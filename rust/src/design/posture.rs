@@ -3,12 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::{Error, Result, check_positive, check_vector};
-use crate::index::{ConditionNumber, Index, Objective, Order, Rows, length_of_least_condition};
+use crate::index::{Index, Kind, Objective, Order, Rows, length_of_least_condition};
 use crate::kinematics::jacobian;
-use crate::linalg::MAX_JOINTS;
 use crate::linalg::vector::norm;
 use crate::optimize::{Minimum, Smooth, Stop, bfgs, trust_region_newton};
-use crate::robot::Robot;
+use crate::robot::{Joint, Robot};
 
 /// What is done with the length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +54,7 @@ impl ConditionOver<'_> {
         match self.length {
             Length::Fixed(length) => length,
             Length::Variable(_) => x[n].exp(),
-            Length::Eliminated => best_length(self.robot, &self.rows, &x.as_slice()[..n]).unwrap_or(f64::NAN),
+            Length::Eliminated => length_of_least_condition(self.robot, &x.as_slice()[..n], &self.rows).ok().flatten().unwrap_or(f64::NAN),
         }
     }
 
@@ -67,9 +66,9 @@ impl ConditionOver<'_> {
         if !(length > 0.0 && length.is_finite()) {
             return nan();
         }
-        let index = ConditionNumber { rows: self.rows.with_length(length), squared: true };
-        let Ok(objective) = Objective::new(vec![(1.0, Index::Condition(index))]) else { return nan() };
-        let got = objective.evaluate::<MAX_JOINTS>(self.robot, &x.as_slice()[..n], order, true);
+        let index = Index::of(Kind::ConditionNumber, self.rows.with_length(length), true);
+        let evaluated = Objective::new(vec![(1.0, index)]).and_then(|o| o.evaluate(self.robot, &x.as_slice()[..n], order, true));
+        let Ok(got) = evaluated else { return nan() };
         let mut gradient = DVector::zeros(size);
         let mut hessian = DMatrix::zeros(size, size);
         for k in 0..n {
@@ -105,10 +104,6 @@ impl Smooth for ConditionOver<'_> {
     }
 }
 
-fn best_length(robot: &Robot, rows: &Rows, q: &[f64]) -> Option<f64> {
-    length_of_least_condition(rows, &jacobian::<MAX_JOINTS>(robot, q).1)
-}
-
 /// Minimises kappa_F over the joints, and over the length unless it is fixed, from `q0`. Joint limits are not considered.
 pub fn minimum_condition(robot: &Robot, q0: &[f64], rows: Rows, length: Length, method: Method, stop: Stop) -> Result<MinimumCondition> {
     let n = robot.n();
@@ -141,13 +136,14 @@ pub fn minimum_condition(robot: &Robot, q0: &[f64], rows: Rows, length: Length, 
 /// The length that minimises kappa_F at `q`, in closed form; `None` at a singularity.
 pub fn characteristic_length(robot: &Robot, q: &[f64], rows: Rows) -> Result<Option<f64>> {
     check_vector("q", q, robot.n())?;
-    Ok(best_length(robot, &rows, q))
+    length_of_least_condition(robot, q, &rows)
 }
 
 /// The root mean square of the distances of the revolute axes to the operation point: the length of an isotropic robot (2.5 to 2.7).
 pub fn rms_length(robot: &Robot, q: &[f64]) -> Result<f64> {
     check_vector("q", q, robot.n())?;
-    let columns = jacobian::<MAX_JOINTS>(robot, q).1;
-    let arms: Vec<f64> = (0..robot.n()).filter(|i| norm(columns.w[*i]) > 0.5).map(|i| norm(columns.v[i]).powi(2)).collect();
-    Ok((arms.iter().sum::<f64>() / arms.len() as f64).sqrt())
+    let columns = jacobian(robot, q)?.1;
+    let revolute = (0..robot.n()).filter(|i| robot.joints()[*i] == Joint::Revolute);
+    let squares: Vec<f64> = revolute.map(|i| norm(columns.v[i]).powi(2)).collect();
+    Ok((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
