@@ -6,10 +6,10 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use crate::collision::shapes::seven_capsules;
-use crate::common::{Rng, evaluate, fanuc, iiwa, indices};
+use crate::common::{Rng, fanuc, iiwa, indices};
 use redundancy::collision::{Obstacle, Proximity, Scene, Shape, capsules_along_links};
 use redundancy::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
-use redundancy::internals::kinematics::{forward, jacobian};
+use redundancy::internals::kinematics::forward;
 use redundancy::inverse::{Inverse, reach};
 use redundancy::kinematics;
 use redundancy::linalg::{MAX_JOINTS, frame::Frame};

@@ -9,7 +9,6 @@ use redundancy::index::{CustomIndex, Evaluation, Index, Objective, Order, Rows, 
 use redundancy::internals::kinematics::{first_derivative, forward, jacobian, jacobian_rate, link_frames, second_derivative};
 use redundancy::internals::linalg::{Orthogonal, Svd, diagonalise};
 use redundancy::inverse::reach;
-use redundancy::linalg::MAX_JOINTS;
 use redundancy::qp::{self, Programme, most_changes};
 use redundancy::resolve::{Memory, Method, OrthogonalSqp, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, StepStatus};
 use redundancy::robot::Robot;
