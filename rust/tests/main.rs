@@ -11,7 +11,5 @@ mod linalg;
 mod optimize;
 mod plan;
 mod qp;
-mod quadratic;
-mod rate;
+mod resolve;
 mod robustness;
-mod solve;

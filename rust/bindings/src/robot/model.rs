@@ -12,7 +12,6 @@ use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
-use crate::robot::inverse::{self, Wanted, read_fixed};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
