@@ -7,6 +7,7 @@ pub mod banded;
 pub mod cholesky;
 pub mod frame;
 pub mod householder;
+mod jacobi;
 pub mod orthogonal;
 pub mod real;
 pub mod svd;
