@@ -78,7 +78,8 @@ def main(trees: dict[str, str]) -> None:
     }
 
     def ask(worker: "subprocess.Popen[str]", name: str) -> int:
-        assert worker.stdin and worker.stdout
+        assert worker.stdin
+        assert worker.stdout
         print(name, file=worker.stdin, flush=True)
         return int(worker.stdout.readline())
 
@@ -99,4 +100,5 @@ def main(trees: dict[str, str]) -> None:
 
 
 if __name__ == "__main__":
-    main(dict(argument.split("=", 1) for argument in sys.argv[1:]) or {"here": str(Path(__file__).parents[2] / "python")})
+    here = {"here": str(Path(__file__).parents[2] / "python")}
+    main(dict(argument.split("=", 1) for argument in sys.argv[1:]) or here)
