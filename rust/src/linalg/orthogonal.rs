@@ -89,10 +89,7 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
                 subtract(&mut out.o[c], factor, &pivot);
             }
         });
-        if cancelled {
-            out = Self::twice(a, n, m);
-        }
-        out
+        if cancelled { Self::twice(a, n, m) } else { out }
     }
 
     /// The same with care: what cancellation has brought back of the earlier vectors into a vector is taken out once more. Only in the lanes

@@ -142,7 +142,7 @@ fn play<const C: usize>(columns: &mut [[f64; C]; 6], y: &mut [Row6; 6], squares:
         let rests = square <= ORTHOGONAL * ORTHOGONAL * whole + UNDERFLOW;
         cosines[i] = if rests { 1.0 } else { cosine };
         sines[i] = if rests { 0.0 } else { sine };
-        more |= !rests & ((twice[i].abs() > LAST * far) | (square > LAST * LAST * whole));
+        more |= !rests & (square > LAST * LAST * if far * far < whole { far * far } else { whole });
         let gain = if rests { 0.0 } else { 0.5 * square / far }.copysign(difference);
         squares[p] -= gain;
         squares[q] += gain;
