@@ -13,8 +13,8 @@ use super::{Mat6, Row6, Rows6, size};
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
 
 /// A vector of which less than this is left over, both squared, has lost digits to cancellation and is orthogonalised again: vectors are
-/// orthogonal to thirty roundings.
-const CANCELLED: f64 = 1e-3;
+/// orthogonal to five roundings.
+const CANCELLED: f64 = 5e-2;
 
 /// Runs the body for k from 0 to m - 1, at most 5, with k a constant in each copy, so that the triangular loops within unroll too.
 macro_rules! unrolled {
@@ -77,11 +77,11 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
     pub fn new(a: &Rows6<C, T>, n: usize, m: usize) -> Self {
         let n = size::<C>(n);
         let mut out = Self { n, m, o: *a, square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] };
-        let mut cancelled = false;
         unrolled!(k < m, {
+            let (square, least) = (dot(&out.o[k], &out.o[k]), least(&a[k]));
+            let cancelled = k > 0 && T::any_less(square, least);
+            out.square[k] = if cancelled { out.orthogonalise_again(k, square, least) } else { square };
             let pivot = out.o[k];
-            out.square[k] = dot(&pivot, &pivot);
-            cancelled |= T::any_less(out.square[k], least(&a[k]));
             out.reciprocal[k] = T::splat(1.0) / out.square[k];
             for c in k + 1..m {
                 let factor = dot(&pivot, &out.o[c]) * out.reciprocal[k];
@@ -89,34 +89,21 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
                 subtract(&mut out.o[c], factor, &pivot);
             }
         });
-        if cancelled { Self::twice(a, n, m) } else { out }
+        out
     }
 
-    /// The same with care: what cancellation has brought back of the earlier vectors into a vector is taken out once more. Only in the lanes
-    /// where it has, so that each answers what it would alone.
-    #[cold]
+    /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett). Only in
+    /// the lanes whose squared length is less than `least`, so that each answers what it would alone. Returns the squared length after it.
     #[inline(never)]
-    fn twice(a: &Rows6<C, T>, n: usize, m: usize) -> Self {
-        let mut out = Self { n, m, o: *a, square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] };
-        for k in 0..m {
-            let (vector, least) = (out.o[k], least(&a[k]));
-            let square = dot(&vector, &vector);
-            for j in 0..k {
-                let factor = (dot(&out.o[j], &vector) * out.reciprocal[j]).where_less(square, least);
-                out.u[j][k] += factor;
-                let known = out.o[j];
-                subtract(&mut out.o[k], factor, &known);
-            }
-            let pivot = out.o[k];
-            out.square[k] = dot(&pivot, &pivot);
-            out.reciprocal[k] = T::splat(1.0) / out.square[k];
-            for c in k + 1..m {
-                let factor = dot(&pivot, &out.o[c]) * out.reciprocal[k];
-                out.u[k][c] = factor;
-                subtract(&mut out.o[c], factor, &pivot);
-            }
+    fn orthogonalise_again(&mut self, k: usize, square: T, least: T) -> T {
+        let vector = self.o[k];
+        for j in 0..k {
+            let factor = (dot(&self.o[j], &vector) * self.reciprocal[j]).where_less(square, least);
+            self.u[j][k] += factor;
+            let known = self.o[j];
+            subtract(&mut self.o[k], factor, &known);
         }
-        out
+        dot(&self.o[k], &self.o[k])
     }
 
     #[inline(always)]
