@@ -19,6 +19,7 @@ pub(crate) mod cholesky;
 pub(crate) mod damped;
 pub mod frame;
 pub(crate) mod householder;
+mod jacobi;
 pub(crate) mod left_null;
 pub(crate) mod lu;
 pub(crate) mod orthogonal;
