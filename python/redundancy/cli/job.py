@@ -30,7 +30,6 @@
     warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
