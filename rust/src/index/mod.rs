@@ -71,8 +71,8 @@ pub use rows::Rows;
 
 /// The kernels, by capacity: the caller has checked the lengths.
 pub(crate) mod sized {
-    pub use super::differences::sized as differences;
-    pub use super::evaluate::Evaluation;
+    pub use crate::index::differences::sized as differences;
+    pub use crate::index::evaluate::Evaluation;
 }
 
 /// The value and derivatives of an index at a posture; entries beyond the joints are zero.
