@@ -29,7 +29,7 @@ pub(crate) mod symmetric;
 pub(crate) mod trig;
 pub mod vector;
 
-pub(crate) use capacity::{Rows6, size};
+pub(crate) use capacity::{Rows6, size, with_capacity};
 
 use real::Real;
 

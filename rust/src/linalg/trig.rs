@@ -3,7 +3,7 @@
 //! Reduction by three pieces of pi/2 (Cody and Waite, 1980), then minimax polynomials on |x| <= pi/4 whose errors, 1e-17 and 5e-19, are
 //! below the rounding; the results are within two units in the last place. Larger angles than the reduction bears go to the standard library.
 
-/// The reduction is exact to the last bit up to this angle [rad].
+/// The reduction is exact to the last bit up to this angle \[rad\].
 const LARGEST: f64 = 1e6;
 
 /// 1.5 * 2^52: adding it rounds to the nearest integer and leaves that integer in the low bits.
