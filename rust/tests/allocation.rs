@@ -100,6 +100,7 @@ fn kernels(robot: &Robot, q: &[f64]) {
     let mut first = vec![0.0; 6 * n * n];
     let mut columns = vec![0.0; 6 * n];
     free_of_allocation("forward", || kinematics::forward(robot, q)).unwrap();
+    free_of_allocation("forward_into", || kinematics::forward_into(robot, q, &mut [0.0; 16])).unwrap();
     free_of_allocation("jacobian", || kinematics::jacobian(robot, q)).unwrap();
     free_of_allocation("jacobian_into", || kinematics::jacobian_into(robot, q, &mut columns)).unwrap();
     free_of_allocation("first_derivative", || kinematics::first_derivative(robot, q, &mut first)).unwrap();

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import ConditionNumber, Objective, OrthogonalSQP, PathSolution, PosturePull, Robot, Solution, Task
-from .._rows import rows_in_use
 from .._util import F64, checked, progress_bar
 from ..paths import Toolpath, Trajectory
 

@@ -14,7 +14,6 @@ from .._core import (
     Solution,
     Task,
 )
-from .._rows import rows_in_use
 from .._util import F64
 from ..loops import joined
 from .dynamic_weights import WeightFunctions

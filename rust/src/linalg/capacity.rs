@@ -22,3 +22,4 @@ macro_rules! with_capacity {
         }
     };
 }
+pub(crate) use with_capacity;

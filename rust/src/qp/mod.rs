@@ -194,10 +194,8 @@ pub(crate) fn minimise<const N: usize>(problem: &Problem<'_, N>, start: &ActiveS
             return Minimum::unsolved(Status::Undefined);
         }
     }
-    if Unrolled::<N>::YES {
-        if problem.n == N {
-            return Search::<N, true>::solve(problem, start);
-        }
+    if Unrolled::<N>::YES && problem.n == N {
+        return Search::<N, true>::solve(problem, start);
     }
     Search::<N, false>::solve(problem, start)
 }

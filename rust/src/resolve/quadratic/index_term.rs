@@ -2,7 +2,7 @@
 
 use super::programme::Cost;
 use crate::error::{Error, Result};
-use crate::index::sized::differences;
+use crate::index::sized::{Evaluation, differences};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
@@ -111,8 +111,8 @@ impl IndexTerm {
     fn add_equality<const C: usize>(&self, robot: &Robot, q: &[f64], jacobian: &Jacobian<C>, dt: f64, cost: &mut Cost<C>) -> bool {
         let (value, gradient) = match self.derivatives {
             Derivatives::Differences(step) => {
-                let at = differences::<C>(&self.objective, robot, q, Order::Gradient, step);
-                (at.value, at.gradient)
+                let Evaluation { value, gradient, .. } = differences::<C>(&self.objective, robot, q, Order::Gradient, step);
+                (value, gradient)
             }
             Derivatives::Exact | Derivatives::Bfgs => {
                 let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
@@ -139,8 +139,8 @@ impl IndexTerm {
         let n = size::<C>(robot.n());
         let (value, gradient, hessian) = match self.derivatives {
             Derivatives::Differences(step) => {
-                let at = differences::<C>(&self.objective, robot, q, Order::Hessian, step);
-                (at.value, at.gradient, at.hessian)
+                let Evaluation { value, gradient, hessian, .. } = differences::<C>(&self.objective, robot, q, Order::Hessian, step);
+                (value, gradient, hessian)
             }
             Derivatives::Bfgs => {
                 let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
