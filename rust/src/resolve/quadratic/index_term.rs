@@ -2,7 +2,7 @@
 
 use super::programme::Cost;
 use crate::error::{Error, Result};
-use crate::index::sized::{Evaluation, differences};
+use crate::index::sized::differences;
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
