@@ -2,13 +2,13 @@
 
 use super::programme::Cost;
 use crate::error::{Error, Result};
-use crate::index::sized::differences;
+use crate::index::sized::{Evaluation, differences};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::optimize::direct_update;
+use crate::resolve::direct_update::direct_update;
 use crate::robot::Robot;
 
 /// Part of the cost of the rates that has to be left when the curvature of an index has been taken from it.
