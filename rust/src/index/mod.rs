@@ -39,19 +39,19 @@ macro_rules! of_jacobian {
         $then! {
             /// Condition number of the homogeneous Jacobian, `(1/m) sqrt(tr(G) tr(G^-1))` with `G = J_n J_n^T` (Leger 2014, eq. 2.14): 1 at an
             /// isotropic posture, inf at a singular one.
-            ConditionNumber "condition_number" lanes |rows, squared| super::condition::ConditionNumber { rows, squared };
+            ConditionNumber "condition_number" lanes |rows, squared| $crate::index::condition::ConditionNumber { rows, squared };
             /// Manipulability `sqrt(det(J_n J_n^T))`, the volume of the ellipsoid (Leger 2014, eq. 1.8): 0 at a singular posture.
-            Manipulability "manipulability" lanes |rows, squared| super::manipulability::Manipulability { rows, squared };
+            Manipulability "manipulability" lanes |rows, squared| $crate::index::manipulability::Manipulability { rows, squared };
             /// Spectral condition number of the homogeneous Jacobian, its largest over its smallest singular value: inf at a singular posture.
             SpectralConditionNumber "spectral_condition_number" alone
-                |rows, squared| super::spectral::Spectral { kind: super::spectral::SpectralKind::ConditionNumber, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::ConditionNumber, rows, squared };
             /// Smallest singular value of the homogeneous Jacobian: 0 at a singular posture.
             SmallestSingularValue "smallest_singular_value" alone
-                |rows, squared| super::spectral::Spectral { kind: super::spectral::SpectralKind::SmallestSingularValue, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::SmallestSingularValue, rows, squared };
             /// Huo's parameter of singularity `sqrt(kappa_2 / manipulability)` (Huo 2009, eq. 4.6; the source uses length 1): inf at a singular
             /// posture.
             SingularityParameter "singularity_parameter" alone
-                |rows, squared| super::spectral::Spectral { kind: super::spectral::SpectralKind::SingularityParameter, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::SingularityParameter, rows, squared };
         }
     };
 }

@@ -2,7 +2,7 @@
 //!
 //! The house has two systems of vectors, on purpose. Problems of this room are dense and of a size known at run time alone (a posture with its
 //! length, a whole design): their vectors are nalgebra's, on the heap. What a control tick solves is in [`crate::qp`] and [`crate::linalg`]: arrays
-//! on the stack, nothing allocated; [`direct_update`] is for those.
+//! on the stack, nothing allocated.
 //!
 //! ```
 //! use nalgebra::{DMatrix, DVector};
@@ -32,13 +32,10 @@
 //! ```
 
 mod bfgs;
-mod direct_update;
 mod line_search;
 mod trust_region;
 
 pub use bfgs::bfgs;
-pub use direct_update::direct_update;
-pub(crate) use direct_update::direct_update_indefinite;
 pub use line_search::{LineSearch, strong_wolfe};
 use nalgebra::{DMatrix, DVector};
 pub use trust_region::trust_region_newton;

@@ -34,6 +34,7 @@
 //! # Ok::<(), redundancy::error::Error>(())
 //! ```
 
+pub(crate) mod direct_update;
 mod quadratic;
 mod rate;
 mod resolver;

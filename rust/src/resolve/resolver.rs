@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::rate::Memory;
 use crate::kinematics::sized::forward;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Error of a posture that counts as on target [rad, m].
 pub const ON_TARGET: f64 = 1e-9;

@@ -8,7 +8,7 @@ use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::optimize::direct_update;
+use crate::resolve::direct_update::direct_update;
 use crate::robot::Robot;
 
 /// Part of the cost of the rates that has to be left when the curvature of an index has been taken from it.

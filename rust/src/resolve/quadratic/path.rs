@@ -9,11 +9,11 @@ use crate::index::{Objective, Order};
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::vector::norm;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Steps towards a target.
 const STEPS: usize = 20;

@@ -10,11 +10,11 @@ use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
-use crate::with_capacity;
 
 /// Rows of a programme at most, those of the deviation included.
 pub(super) const MAX_ROWS: usize = 64;

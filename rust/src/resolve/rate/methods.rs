@@ -7,10 +7,10 @@ use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{halves, scale};
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
-use crate::with_capacity;
 
 /// A method of redundancy resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

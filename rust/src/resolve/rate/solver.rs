@@ -8,11 +8,11 @@ use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach;
 use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::norm;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
 const LARGEST_MOTION: f64 = 0.5;

@@ -12,9 +12,9 @@ use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
 use crate::task::Task;
-use crate::with_capacity;
 pub(super) use step::{Bounds, Known, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].

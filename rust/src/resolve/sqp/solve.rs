@@ -9,12 +9,12 @@ use crate::inverse::reach_sized;
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::optimize::direct_update_indefinite;
+use crate::resolve::direct_update::direct_update_indefinite;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Trial lengths of one step.
 const MAX_HALVINGS: usize = 12;
