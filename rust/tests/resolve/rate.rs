@@ -357,3 +357,19 @@ fn the_task_comes_before_the_secondary_motion() {
     }
     assert!(held > 0);
 }
+
+/// With as many columns, virtual ones included, as the capacity that takes all of them for joints.
+#[test]
+fn virtual_joints_of_small_arms() {
+    let rng = &mut Rng(4);
+    for n in 2..=7 {
+        let robot = Arc::new(rng.robot(n, false, n));
+        for task in tasks(rng) {
+            let q: Vec<f64> = (0..n).map(|_| rng.within(-2.0, 2.0)).collect();
+            let solver = RateSolver::new(robot.clone(), task, Method::VirtualJoint, Secondary::None, None, settings()).unwrap();
+            let mut rates = vec![f64::NAN; n];
+            solver.step(&q, &[0.1; 6], &mut Memory::default(), &mut rates);
+            assert!(rates.iter().all(|x| x.is_finite()), "{n} joints, {task:?}");
+        }
+    }
+}

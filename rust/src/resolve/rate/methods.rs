@@ -134,6 +134,13 @@ impl Method {
         if self == Self::VirtualJoint { 6 - task.dimension() } else { 0 }
     }
 
+    /// The columns that its kernels need room for, with those of the virtual joints. Six of them are the capacity that takes all for joints:
+    /// with fewer joints, the next one.
+    pub(super) fn columns(self, n: usize, task: &Task) -> usize {
+        let extra = self.extra_columns(task);
+        if extra == 0 { n } else { (n + extra).max(7) }
+    }
+
     /// Writes the joint motion for a twist with the secondary motion `h`, one number a joint each; whether it was damped. To arrays of another
     /// size the answer is no motion.
     pub fn motion(self, at: &Situation<'_>, twist: &Row6, h: &[f64], out: &mut [f64]) -> bool {
@@ -142,7 +149,7 @@ impl Method {
             out.fill(0.0);
             return true;
         }
-        with_capacity!(n + self.extra_columns(at.task), motion(self, at, twist, h, out))
+        with_capacity!(self.columns(n, at.task), motion(self, at, twist, h, out))
     }
 
     /// The joint motion for a twist with the secondary motion `h`, and whether it was damped.

@@ -199,9 +199,9 @@ impl RateSolver {
         &self.settings
     }
 
-    /// Joints, and virtual joints of the method: the capacity that its kernels need.
+    /// The columns that its kernels need room for.
     fn columns(&self) -> usize {
-        self.robot.n() + self.method.extra_columns(&self.task)
+        self.method.columns(self.robot.n(), &self.task)
     }
 
     /// The same with another secondary task.
