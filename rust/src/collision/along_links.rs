@@ -10,7 +10,7 @@ use crate::robot::Robot;
 /// The distance over the radius below which two origins coincide, and no capsule is needed between them.
 const COINCIDENT: f64 = 1e-6;
 
-/// A capsule of the given radius [m] from the origin of every joint frame to that of the next, the last to the tool point, the first from the
+/// A capsule of the given radius \[m\] from the origin of every joint frame to that of the next, the last to the tool point, the first from the
 /// base. Joint frames follow the robot's convention: with DH tables their origins may lie off the links, and a stretched prismatic
 /// joint leaves a gap.
 pub fn capsules_along_links(robot: &Robot, radius: f64) -> Result<Vec<Body>> {

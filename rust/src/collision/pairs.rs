@@ -25,7 +25,7 @@ pub enum Pair {
     },
 }
 
-/// Pairs of bodies that may collide: all whose mounts are at least two joints apart, less those that are nearer than `clearance` [m] at the
+/// Pairs of bodies that may collide: all whose mounts are at least two joints apart, less those that are nearer than `clearance` \[m\] at the
 /// posture `reference`, as neighbours of neighbours about a wrist always are.
 pub fn self_pairs(robot: &Robot, bodies: &[Body], reference: &[f64], clearance: f64) -> Result<Vec<[usize; 2]>> {
     check_vector("reference", reference, robot.n())?;

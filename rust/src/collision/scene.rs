@@ -21,9 +21,9 @@ use crate::robot::{Joint, Robot};
 pub struct Proximity {
     /// The pair.
     pub pair: Pair,
-    /// Signed distance: negative by the depth where they overlap [m].
+    /// Signed distance: negative by the depth where they overlap \[m\].
     pub distance: f64,
-    /// The points on both shapes: nearest, or deepest in each other, in the frame in which the robot's base is given [m].
+    /// The points on both shapes: nearest, or deepest in each other, in the frame in which the robot's base is given \[m\].
     pub points: [Vec3; 2],
     /// Unit vector from the first shape to the second: `points[1] = points[0] + distance normal`.
     pub normal: Vec3,
@@ -128,7 +128,7 @@ impl Scene {
         }
     }
 
-    /// Writes the pairs no farther apart than `influence` [m] at the posture `q`, nearest first; if they are more than there is room for, the
+    /// Writes the pairs no farther apart than `influence` \[m\] at the posture `q`, nearest first; if they are more than there is room for, the
     /// nearest. Spheres, capsules and boxes ask for no memory, nor do hulls once the first overlaps have been looked at.
     pub fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> Result<Found> {
         check_vector("q", q, self.robot.n())?;

@@ -16,7 +16,7 @@ const TOUCHING: f64 = 1e-9;
 /// How two shapes lie to each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
-    /// Signed distance: negative by the depth where they overlap [m].
+    /// Signed distance: negative by the depth where they overlap \[m\].
     pub distance: f64,
     /// The points: nearest, or deepest in each other.
     pub points: [Vec3; 2],

@@ -24,12 +24,12 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A ball about the origin [m].
+    /// A ball about the origin \[m\].
     pub fn sphere(radius: f64) -> Result<Self> {
         Ok(Self { core: Core::Block([0.0; 3]), radius: check_positive("radius", radius)? })
     }
 
-    /// All points within `radius` of the segment from -half_length to half_length on the z axis [m].
+    /// All points within `radius` of the segment from -half_length to half_length on the z axis \[m\].
     pub fn capsule(half_length: f64, radius: f64) -> Result<Self> {
         Ok(Self { core: Core::Block([0.0, 0.0, check_positive("half_length", half_length)?]), radius: check_positive("radius", radius)? })
     }
@@ -44,7 +44,7 @@ impl Shape {
         Ok((Self::capsule(0.5 * norm(axis), radius)?, Frame { axes: [x, y, z], origin: scale(0.5, add(a, b)) }))
     }
 
-    /// A box centred at the origin, from its half extents along x, y, z [m].
+    /// A box centred at the origin, from its half extents along x, y, z \[m\].
     pub fn cuboid(half_extents: Vec3) -> Result<Self> {
         for half in half_extents {
             check_positive("half_extents", half)?;
@@ -52,17 +52,17 @@ impl Shape {
         Ok(Self { core: Core::Block(half_extents), radius: 0.0 })
     }
 
-    /// The convex hull of points [m], which must not lie in a plane.
+    /// The convex hull of points \[m\], which must not lie in a plane.
     pub fn hull(points: &[Vec3]) -> Result<Self> {
         Ok(Self { core: Core::Hull(Arc::new(Hull::new(points)?)), radius: 0.0 })
     }
 
-    /// The same shape with every point within `margin` of it [m]: a safety distance, or rounded edges, with which distances are smooth.
+    /// The same shape with every point within `margin` of it \[m\]: a safety distance, or rounded edges, with which distances are smooth.
     pub fn grown(&self, margin: f64) -> Result<Self> {
         Ok(Self { core: self.core.clone(), radius: self.radius + check_positive("margin", margin)? })
     }
 
-    /// The radius of the ball rolled over the core [m].
+    /// The radius of the ball rolled over the core \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }

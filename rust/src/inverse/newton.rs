@@ -20,7 +20,7 @@ const MAX_REFUSED: usize = 8;
 /// Where a search for a task ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
-    /// Larger of orientation error [rad] and position error over length.
+    /// Larger of orientation error \[rad\] and position error over length.
     pub error: f64,
     /// Steps taken or refused.
     pub iterations: usize,

@@ -46,7 +46,7 @@ impl Postures {
         Ok(Self { n: robot.n(), q, ..found })
     }
 
-    /// With the plane of a seven-axis arm at an angle [rad].
+    /// With the plane of a seven-axis arm at an angle \[rad\].
     pub fn with_arm_angle(robot: &Robot, target: &Frame, angle: f64) -> Result<Self> {
         check_finite("arm_angle", &[angle])?;
         Ok(ArmAngle::new(robot)?.solve(target, angle).into())

@@ -88,7 +88,7 @@ pub fn tools(robot: &Robot, q: &[f64]) -> Vec<Frame> {
     q.chunks_exact(n).map(|q| with_capacity!(n, tool(robot, q))).collect()
 }
 
-/// How far a tool has turned about its axis since the first point [rad], unwrapped: the angle of a tool axis across `axis` (base frame, one a
+/// How far a tool has turned about its axis since the first point \[rad\], unwrapped: the angle of a tool axis across `axis` (base frame, one a
 /// point), from where transport without spin would have taken it. `q` are the postures, n joints a row.
 pub fn spin_along(robot: &Robot, axis: &[Vec3], q: &[f64]) -> Vec<f64> {
     let tools = tools(robot, q);

@@ -17,7 +17,7 @@ const EDGE: f64 = 1e-3;
 /// places happen to meet.
 const ANYWHERE: f64 = 0.37;
 
-/// The spins of a grid [rad]: from -pi over a whole turn, from end to end of a range, or 0 for a task that fixes the orientation.
+/// The spins of a grid \[rad\]: from -pi over a whole turn, from end to end of a range, or 0 for a task that fixes the orientation.
 ///
 /// # Errors
 /// [`Error::Value`] if there is not at least one angle, or the range is not one.

@@ -25,8 +25,8 @@ pub struct Path {
 impl Path {
     /// A path of at least one point.
     ///
-    /// `position` [m] and `axis` (any length but zero, kept as unit vectors) have one entry a point; so have `rotation`, the axes x, y, z of
-    /// the tool frame, and `time` [s], strictly increasing, if they are given.
+    /// `position` \[m\] and `axis` (any length but zero, kept as unit vectors) have one entry a point; so have `rotation`, the axes x, y, z of
+    /// the tool frame, and `time` \[s\], strictly increasing, if they are given.
     ///
     /// # Errors
     /// [`Error::Shape`] or [`Error::NonFinite`] where lengths differ or a number is not finite; [`Error::Value`] where there is no point, an
@@ -58,8 +58,8 @@ impl Path {
     }
 
     /// A helix of `points` points on a cylinder along y, the tool's axis along the inward normal (Leger 2014, eq. 4.21 to 4.24):
-    /// `x = R cos(offset - phi)`, `y = p phi`, `z = R sin(offset - phi)` about `center` [m], phi going over `angles` (first and last) [rad];
-    /// `radius` R [m], `pitch` p [m/rad].
+    /// `x = R cos(offset - phi)`, `y = p phi`, `z = R sin(offset - phi)` about `center` \[m\], phi going over `angles` (first and last) \[rad\];
+    /// `radius` R \[m\], `pitch` p [m/rad].
     ///
     /// # Errors
     /// [`Error::Value`] if the radius is not positive or there are fewer than 2 points.
@@ -75,7 +75,7 @@ impl Path {
         Self::new(position, outward.iter().map(|a| sub([0.0; 3], *a)).collect(), None, None)
     }
 
-    /// The same path with times [s], strictly increasing.
+    /// The same path with times \[s\], strictly increasing.
     ///
     /// # Errors
     /// As for [`Path::new`].
@@ -89,7 +89,7 @@ impl Path {
         self.position.len()
     }
 
-    /// Positions of the tool point [m].
+    /// Positions of the tool point \[m\].
     pub fn position(&self) -> &[Vec3] {
         &self.position
     }
@@ -104,7 +104,7 @@ impl Path {
         self.rotation.as_deref()
     }
 
-    /// Times [s], if they are given.
+    /// Times \[s\], if they are given.
     pub fn time(&self) -> Option<&[f64]> {
         self.time.as_deref()
     }

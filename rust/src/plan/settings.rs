@@ -52,9 +52,9 @@ pub struct PlanSettings {
     pub n_angles: usize,
     /// Points of the path at which the first search begins.
     pub layers: usize,
-    /// Least and largest spin [rad]; a whole turn if not given.
+    /// Least and largest spin \[rad\]; a whole turn if not given.
     pub spin_range: Option<(f64, f64)>,
-    /// Largest change of the spin from one point of the search to the next [rad].
+    /// Largest change of the spin from one point of the search to the next \[rad\].
     pub max_spin_step: f64,
     /// Largest motion of any joint from point to point [rad or m]; chosen if not given.
     pub max_step: Option<f64>,

@@ -18,13 +18,13 @@ pub struct Plan {
     pub q: Vec<f64>,
     /// Values of the objective, NaN where a point is not reached.
     pub value: Vec<f64>,
-    /// Distances of the tool point to the path [m].
+    /// Distances of the tool point to the path \[m\].
     pub position_error: Vec<f64>,
-    /// Angles to the axis, or the orientation, of the path [rad].
+    /// Angles to the axis, or the orientation, of the path \[rad\].
     pub axis_error: Vec<f64>,
     /// How every point is reached.
     pub status: Vec<SolveStatus>,
-    /// Length that made the objective homogeneous [m].
+    /// Length that made the objective homogeneous \[m\].
     pub length: f64,
     /// Weight of the integral of the squared joint speed over the path's share.
     pub smoothness: f64,

@@ -75,9 +75,9 @@ pub struct Solution {
     pub q: [f64; MAX_JOINTS],
     /// Objective there, NaN without.
     pub value: f64,
-    /// Distance of the tool point to the target [m].
+    /// Distance of the tool point to the target \[m\].
     pub position_error: f64,
-    /// Angle to the target's orientation or axis [rad].
+    /// Angle to the target's orientation or axis \[rad\].
     pub angle_error: f64,
     /// How it ended.
     pub status: SolveStatus,

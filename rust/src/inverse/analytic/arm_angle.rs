@@ -73,7 +73,7 @@ impl ArmAngle {
         Some([x, y, cross(x, y)])
     }
 
-    /// The angle of the arm's plane [rad]; NaN where the arm is straight or points along axis 1.
+    /// The angle of the arm's plane \[rad\]; NaN where the arm is straight or points along axis 1.
     pub fn of(&self, q: &[f64]) -> f64 {
         let frames = link_frames(&self.robot, q);
         let reach = sub(point(&frames[4], [0.0, 0.0, self.wrist.0]), self.shoulder());

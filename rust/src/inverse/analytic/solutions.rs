@@ -13,7 +13,7 @@ const SAME_ROOT: f64 = 1e-6;
 /// Every solution of one target, without allocation.
 #[derive(Debug, Clone, Copy)]
 pub struct Solutions<const N: usize = 6> {
-    /// Joints [rad]; the first `count` rows count.
+    /// Joints \[rad\]; the first `count` rows count.
     pub q: [[f64; N]; MAX_SOLUTIONS],
     /// Which branch of the closed form each one is on: the same along a continuous motion that crosses no singularity.
     pub branch: [u8; MAX_SOLUTIONS],

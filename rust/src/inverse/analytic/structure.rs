@@ -20,9 +20,9 @@ pub enum Structure {
     Wrist {
         /// Entry.
         first: usize,
-        /// Height of the wrist's centre on the fourth axis [m].
+        /// Height of the wrist's centre on the fourth axis \[m\].
         before: f64,
-        /// Height of the wrist's centre on the sixth axis [m].
+        /// Height of the wrist's centre on the sixth axis \[m\].
         after: f64,
     },
     /// Three neighbouring axes are parallel; entered so that they are joints 2, 3 and 4.

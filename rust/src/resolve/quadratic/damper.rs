@@ -12,7 +12,7 @@ pub struct Damper {
 }
 
 impl Damper {
-    /// Influence and security distance [m], the first the larger, and the speed at which a distance may fall at the influence distance [m/s].
+    /// Influence and security distance \[m\], the first the larger, and the speed at which a distance may fall at the influence distance [m/s].
     pub fn new(influence: f64, security: f64, gain: f64) -> Result<Self> {
         check_finite("influence", &[influence])?;
         check_finite("security", &[security])?;
@@ -22,12 +22,12 @@ impl Damper {
         Ok(Self { influence, security, gain: check_positive("damping", gain)? })
     }
 
-    /// The influence distance [m].
+    /// The influence distance \[m\].
     pub fn influence(&self) -> f64 {
         self.influence
     }
 
-    /// The security distance [m].
+    /// The security distance \[m\].
     pub fn security(&self) -> f64 {
         self.security
     }

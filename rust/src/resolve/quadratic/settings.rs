@@ -5,12 +5,12 @@ use crate::error::{Error, Result, check_positive};
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::qp::{ActiveSet, Constraint, Place, Row, Side};
 
-/// Settings of [`QuadraticSolver`].
+/// Settings of [`QuadraticSolver`](super::QuadraticSolver).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuadraticSettings {
-    /// Length that weighs angular deviations against linear ones [m].
+    /// Length that weighs angular deviations against linear ones \[m\].
     pub length: f64,
-    /// Length of a tick [s].
+    /// Length of a tick \[s\].
     pub dt: f64,
     /// Weight of each joint's squared rate (Q).
     pub rate_weights: [f64; MAX_JOINTS],

@@ -42,7 +42,7 @@ pub struct Situation<'a> {
     pub q: &'a [f64],
     /// The task.
     pub task: &'a Task,
-    /// Length that weighs angles against distances [m].
+    /// Length that weighs angles against distances \[m\].
     pub length: f64,
     /// Below this ratio of the shortest to the longest orthogonal row a system is solved with damping.
     pub damping: f64,

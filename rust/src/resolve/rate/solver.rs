@@ -28,7 +28,7 @@ const FURTHEST: f64 = 1e3;
 /// Settings of [`RateSolver`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RateSettings {
-    /// Length that weighs angles against distances [m].
+    /// Length that weighs angles against distances \[m\].
     pub length: f64,
     /// What multiplies the secondary motion in a tick [1/s].
     pub gain: f64,
@@ -36,7 +36,7 @@ pub struct RateSettings {
     pub relaxation: f64,
     /// Below this ratio of the shortest to the longest orthogonal row systems are solved with damping.
     pub damping: f64,
-    /// Length of a control tick [s].
+    /// Length of a control tick \[s\].
     pub dt: f64,
     /// Whether a tick keeps position and speed limits.
     pub limits: bool,

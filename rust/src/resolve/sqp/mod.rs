@@ -23,13 +23,13 @@ pub(super) const RADIUS: f64 = 0.3;
 /// Settings of [`OrthogonalSqp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SqpSettings {
-    /// Distance of the two points of the tool, which weighs angles against distances [m].
+    /// Distance of the two points of the tool, which weighs angles against distances \[m\].
     pub length: f64,
     /// Whether the exact Hessian of the objective is used, or BFGS updates of it (3.51a) from the exact one at the start.
     pub exact_hessian: bool,
     /// Rate at which `step` closes the distance to the objective's minimum [1/s].
     pub gain: f64,
-    /// Length of a control tick [s].
+    /// Length of a control tick \[s\].
     pub dt: f64,
     /// Whether joint limits (and in `step`, speed limits) hold.
     pub limits: bool,
