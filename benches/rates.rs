@@ -1,5 +1,5 @@
-//! One step of twist decomposition and of each rival at n = 6 and 7: the method's own linear algebra, and the whole step with Jacobian,
-//! projector and an objective of singularity and limits.
+//! One step of twist decomposition and of each rival at n = 6 and 7: the motion of the method alone from a posture, and the whole step with an
+//! objective of singularity and limits.
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
-use redundancy::internals::kinematics::jacobian;
 use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Scaling, Secondary, Situation};
 use redundancy::robot::{Convention, DhTable, Robot};
 use redundancy::task::Task;
@@ -28,7 +27,7 @@ fn robot(n: usize) -> Robot {
     Robot::from_dh("bench", table, &"R".repeat(n)).unwrap()
 }
 
-fn bench<const N: usize, const C: usize, const V: usize>(criterion: &mut Criterion) {
+fn bench<const N: usize>(criterion: &mut Criterion) {
     let robot = Arc::new(robot(N));
     let q: Vec<Vec<f64>> = (0..POSTURES)
         .map(|i| (0..N).map(|j| 4.0 * ((i as f64 * (0.618034 + 0.1031 * j as f64) + 0.17 * j as f64) % 1.0) - 2.0).collect())
@@ -52,16 +51,12 @@ fn bench<const N: usize, const C: usize, const V: usize>(criterion: &mut Criteri
     for method in Method::ALL {
         let secondary = Secondary::Objective(objective.clone(), Scaling::Gradient);
         let solver = RateSolver::new(robot.clone(), task, method, secondary, None, settings).unwrap();
-        if method == Method::VirtualJoint {
-            run::<V>(&mut group, &robot, &solver, method, &task, &q, &twist);
-        } else {
-            run::<C>(&mut group, &robot, &solver, method, &task, &q, &twist);
-        }
+        run(&mut group, &robot, &solver, method, &task, &q, &twist);
     }
     group.finish();
 }
 
-fn run<const C: usize>(
+fn run(
     group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
     robot: &Robot,
     solver: &RateSolver,
@@ -70,30 +65,29 @@ fn run<const C: usize>(
     q: &[Vec<f64>],
     twist: &[f64; 6],
 ) {
-    let known: Vec<_> = q.iter().map(|q| jacobian::<C>(robot, q)).collect();
+    let n = robot.n();
     let mut next = 0;
-    let h: [f64; C] = std::array::from_fn(|i| if i < robot.n() { 0.1 - 0.03 * i as f64 } else { 0.0 });
-    let weights = [1.5; C];
-    group.bench_function(format!("{method:?} solve"), |b| {
+    let h: Vec<f64> = (0..n).map(|i| 0.1 - 0.03 * i as f64).collect();
+    let (weights, mut dq) = (vec![1.5; n], vec![0.0; n]);
+    group.bench_function(format!("{method:?} motion"), |b| {
         b.iter(|| {
             next = (next + 1) % POSTURES;
-            let (tool, columns) = &known[next];
-            let at = Situation { task, tool, jacobian: columns, length: LENGTH, damping: 1e-3, weights: &weights };
-            black_box(method.motion(black_box(&at), [0.1, -0.05, 0.02], [0.05, 0.1, -0.1], &h))
+            let at = Situation { robot, q: &q[next], task, length: LENGTH, damping: 1e-3, weights: &weights };
+            black_box(method.motion(black_box(&at), &[0.1, -0.05, 0.02, 0.05, 0.1, -0.1], &h, &mut dq))
         })
     });
-    let (mut memory, mut rates) = (Memory::default(), vec![0.0; robot.n()]);
+    let (mut memory, mut rates) = (Memory::default(), vec![0.0; n]);
     group.bench_function(format!("{method:?} step"), |b| {
         b.iter(|| {
             next = (next + 1) % POSTURES;
-            black_box(solver.step::<C>(black_box(&q[next]), twist, &mut memory, &mut rates))
+            black_box(solver.step(black_box(&q[next]), twist, &mut memory, &mut rates))
         })
     });
 }
 
 fn both(criterion: &mut Criterion) {
-    bench::<6, 6, 8>(criterion);
-    bench::<7, 8, 8>(criterion);
+    bench::<6>(criterion);
+    bench::<7>(criterion);
 }
 
 criterion_group!(benches, both);

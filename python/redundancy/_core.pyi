@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Self, TypeAlias, final, overload
+from typing import Any, Literal, NamedTuple, Self, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,11 +25,13 @@ __all__ = [
     "Objective",
     "OrthogonalSQP",
     "PathData",
+    "PathSolution",
     "PlanFailure",
     "PlanSettings",
     "PlannedPath",
     "PosturePull",
     "Proximity",
+    "QPSolution",
     "QuadraticProgram",
     "RateSolver",
     "ResolvedRate",
@@ -38,6 +40,7 @@ __all__ = [
     "Shape",
     "SingularityParameter",
     "SmallestSingularValue",
+    "Solution",
     "Task",
     "TaskPriority",
     "TwistDecomposition",
@@ -62,6 +65,27 @@ __all__ = [
 
 __version__: str
 build_profile: str
+
+class Solution(NamedTuple):
+    q: _F64
+    value: float
+    status: str
+    iterations: int
+
+class PathSolution(NamedTuple):
+    q: _F64
+    value: _F64
+    position_error: _F64
+    axis_error: _F64
+    status: list[str]
+    iterations: int
+
+class QPSolution(NamedTuple):
+    x: _F64
+    status: str
+    bound_multipliers: _F64
+    row_multipliers: _F64
+    changes: int
 
 @final
 class Robot:
@@ -413,10 +437,8 @@ class QuadraticProgram:
     @property
     def changes(self) -> int: ...
     def reset(self) -> None: ...
-    def solve(
-        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
-    ) -> tuple[_F64, float, str, int]: ...
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[_F64, _F64, _F64, _F64, list[str], int]: ...
+    def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution: ...
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution: ...
 
 @disjoint_base
 class RateSolver:
@@ -432,10 +454,8 @@ class RateSolver:
     @property
     def step_status(self) -> str: ...
     def reset(self) -> None: ...
-    def solve(
-        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
-    ) -> tuple[_F64, float, str, int]: ...
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[_F64, _F64, _F64, _F64, list[str], int]: ...
+    def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution: ...
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution: ...
     def with_objective(self, objective: Objective | PosturePull | None = None) -> RateSolver: ...
 
 @final
@@ -634,10 +654,8 @@ class OrthogonalSQP:
     @property
     def step_status(self) -> str: ...
     def error(self, q: ArrayLike, target: ArrayLike) -> _F64: ...
-    def solve(
-        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
-    ) -> tuple[_F64, float, str, int]: ...
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[_F64, _F64, _F64, _F64, list[str], int]: ...
+    def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution: ...
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution: ...
 
 def minimum_condition_posture(
     robot: Robot,
@@ -812,7 +830,7 @@ def solve_qp(
     rows: ArrayLike | None = None,
     row_lower: ArrayLike | None = None,
     row_upper: ArrayLike | None = None,
-) -> tuple[_F64, str, _F64, _F64, int]: ...
+) -> QPSolution: ...
 def bodies_from_urdf(
     path: str | Path, base: str | None = None, tip: str | None = None, search: Sequence[str | Path] = ...
 ) -> list[Body]: ...

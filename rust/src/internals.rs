@@ -31,3 +31,8 @@ pub mod linalg {
     pub use crate::linalg::svd::Svd;
     pub use crate::linalg::symmetric::diagonalise;
 }
+
+/// Kernels of [`crate::resolve`].
+pub mod resolve {
+    pub use crate::resolve::direct_update::direct_update;
+}

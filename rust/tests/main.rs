@@ -12,7 +12,5 @@ mod optimize;
 mod plan;
 mod planner;
 mod qp;
-mod quadratic;
-mod rate;
+mod resolve;
 mod robustness;
-mod solve;

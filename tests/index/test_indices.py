@@ -69,6 +69,8 @@ def postures(draw: st.DrawFn) -> tuple[Robot, F64, list[int], float, F64]:
     robot = chain.robot()
     sigma: F64 = np.asarray(np.linalg.svd(normalised(robot, q, length, rows), compute_uv=False), dtype=np.float64)
     assume(sigma[0] < 100 * sigma[-1])
+    # A single row that nothing moves has one singular value: rounding.
+    assume(sigma[-1] > 1e-6)
     assume(np.all(np.abs(np.diff(sigma)) > 0.03 * sigma[0]))
     return robot, q, rows, length, sigma
 

@@ -1,11 +1,10 @@
 """Loops along a path: from point to point, from several starts, tick by tick."""
 
-from .following import Chunk, Solver, first_posture, follow, follow_without_spin
+from .following import Solver, first_posture, follow, follow_without_spin, joined
 from .start import CyclicStart, StartSearch, best_start, cyclic_start
 from .tracking import Tracking, stiffness_profile, track
 
 __all__ = [
-    "Chunk",
     "CyclicStart",
     "Solver",
     "StartSearch",
@@ -15,6 +14,7 @@ __all__ = [
     "first_posture",
     "follow",
     "follow_without_spin",
+    "joined",
     "stiffness_profile",
     "track",
 ]

@@ -1,12 +1,12 @@
 """Following a toolpath from end to end."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import ConditionNumber, Objective, OrthogonalSQP, PosturePull, Robot, Task
+from .._core import ConditionNumber, Objective, OrthogonalSQP, PathSolution, PosturePull, Robot, Solution, Task
 from .._util import F64, checked, progress_bar
 from ..paths import Toolpath, Trajectory
 
@@ -29,48 +29,23 @@ class Solver(Protocol):
     def objective(self) -> Objective | PosturePull | None:
         """What the free motion is for."""
 
-    def solve(
-        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 64, seed: int = 0
-    ) -> tuple[F64, float, str, int]:
+    def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 64, seed: int = 0) -> Solution:
         """Find a posture on a target."""
 
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> tuple[F64, F64, F64, F64, list[str], int]:
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution:
         """Follow some targets from a posture."""
 
 
-class Chunk(NamedTuple):
-    """What a solver's ``follow_chunk`` returns for some targets.
-
-    Attributes
-    ----------
-    q : ndarray, shape (N, n)
-        Postures [rad or m].
-    value, position_error, axis_error : ndarray, shape (N,)
-        Objective, distance to the target [m], angle to it [rad].
-    status : list of str
-        One word a target.
-    iterations : int
-        Steps of the solver altogether.
-    """
-
-    q: F64
-    value: F64
-    position_error: F64
-    axis_error: F64
-    status: list[str]
-    iterations: int
-
-    @classmethod
-    def joined(cls, parts: Sequence["Chunk"]) -> "Chunk":
-        """Return successive chunks as one."""
-        return cls(
-            q=np.concatenate([part.q for part in parts]),
-            value=np.concatenate([part.value for part in parts]),
-            position_error=np.concatenate([part.position_error for part in parts]),
-            axis_error=np.concatenate([part.axis_error for part in parts]),
-            status=[word for part in parts for word in part.status],
-            iterations=sum(part.iterations for part in parts),
-        )
+def joined(parts: Sequence[PathSolution]) -> PathSolution:
+    """Return what a solver answered to successive parts of a path as one."""
+    return PathSolution(
+        q=np.concatenate([part.q for part in parts]),
+        value=np.concatenate([part.value for part in parts]),
+        position_error=np.concatenate([part.position_error for part in parts]),
+        axis_error=np.concatenate([part.axis_error for part in parts]),
+        status=[word for part in parts for word in part.status],
+        iterations=sum(part.iterations for part in parts),
+    )
 
 
 def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: bool = True) -> Trajectory:
@@ -112,7 +87,7 @@ def follow(step: Solver, path: Toolpath, q0: ArrayLike | None = None, progress: 
     """
     targets = path.targets(step.task)
     q = first_posture(step, targets[0]) if q0 is None else checked("q0", q0, (step.robot.n,))
-    found = Chunk.joined(list(_chunks(step, targets, q, progress)))
+    found = joined(list(_chunks(step, targets, q, progress)))
     length = _length(step)
     return Trajectory(
         robot=step.robot,
@@ -167,10 +142,10 @@ def first_posture(step: Solver, target: F64) -> F64:
     return step.robot.turned(q) if np.isfinite(q).all() else step.robot.middle
 
 
-def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[Chunk]:
+def _chunks(step: Solver, targets: F64, q: F64, show: bool) -> Iterator[PathSolution]:
     with progress_bar(len(targets), "following the path", show) as advance:
         for first in range(0, len(targets), _CHUNK):
-            part = Chunk(*step.follow_chunk(targets[first : first + _CHUNK], q))
+            part = step.follow_chunk(targets[first : first + _CHUNK], q)
             q = part.q[-1]
             advance(len(part.q))
             yield part

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import JointLimits, Objective, OrthogonalSQP, RateSolver, Robot, Task, transport
+from .._core import JointLimits, Objective, OrthogonalSQP, RateSolver, Robot, Solution, Task, transport
 from .._util import F64, checked, progress_bar, turns
 from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory
@@ -202,7 +202,7 @@ def _postures(step: Solver, target: F64, starts: int, seed: int, pool: ThreadPoo
         posed = OrthogonalSQP(robot, Task.full(), JointLimits(), length=getattr(step, "length", None))
         jobs += [(posed, pose) for pose, _ in zip(cycle(_ring(target, step.task.axis)), range(starts), strict=False)]
 
-    def solve(job: tuple[Solver, F64], number: int) -> tuple[F64, float, str, int]:
+    def solve(job: tuple[Solver, F64], number: int) -> Solution:
         return job[0].solve(job[1], starts=1, seed=number)
 
     found = pool.map(solve, jobs, seeds)

@@ -3,9 +3,19 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import Manipulability, Objective, PosturePull, RateSolver, Robot, SingularityParameter, Task
+from .._core import (
+    Manipulability,
+    Objective,
+    PathSolution,
+    PosturePull,
+    RateSolver,
+    Robot,
+    SingularityParameter,
+    Solution,
+    Task,
+)
 from .._util import F64
-from ..loops import Chunk
+from ..loops import joined
 from .dynamic_weights import WeightFunctions
 from .performance import limit_distances
 from .sensitivity import axis_cosines
@@ -50,21 +60,19 @@ class PointwiseSolver:
         """The pull at the last point."""
         return self._solver.objective
 
-    def solve(
-        self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0
-    ) -> tuple[F64, float, str, int]:
+    def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution:
         """Find a posture on a target."""
         return self._solver.solve(target, q0, starts, seed)
 
-    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> Chunk:
+    def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution:
         """Follow the next targets of the path from a posture, one by one."""
         q = np.asarray(q0, dtype=np.float64)
         parts = []
         for target in np.asarray(targets, dtype=np.float64):
             self._solver = self._solver.with_objective(self._pull(q))
-            parts.append(Chunk(*self._solver.follow_chunk(target[None], q)))
+            parts.append(self._solver.follow_chunk(target[None], q))
             q = parts[-1].q[-1]
-        return Chunk.joined(parts)
+        return joined(parts)
 
     def _pull(self, q: F64) -> PosturePull:
         """Set the weights of the next point and return what pulls there."""

@@ -5,7 +5,8 @@
 
 use std::sync::OnceLock;
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, npyffi};
+use numpy::{Element, PyArray1, PyArrayDescr, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, npyffi};
+use pyo3::ffi;
 use pyo3::prelude::*;
 
 use crate::errors::{Failure, PyResult};
@@ -57,20 +58,45 @@ fn shape_of(shape: &[usize]) -> String {
     }
 }
 
+/// Copies `n` numbers to the front of `buffer` when `value` is a plain array of them: numpy's own type, one dimension, the float64 of this
+/// machine. Whether it is; nearly every call is answered by these four comparisons.
+#[inline(always)]
+fn read_plain(value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> bool {
+    static FLOAT64: PyOnceLock<Py<PyArrayDescr>> = PyOnceLock::new();
+    let py = value.py();
+    let float64 = FLOAT64.get_or_init(py, || f64::get_dtype(py).unbind());
+    // SAFETY: the fields are those of a live object of numpy's type; i is within the dimension, and the GIL keeps the array alive.
+    unsafe {
+        let plain = npyffi::get_type_object(py, npyffi::NpyTypes::PyArray_Type);
+        if !std::ptr::eq(ffi::Py_TYPE(value.as_ptr()), plain) {
+            return false;
+        }
+        let array = &(*value.as_ptr().cast::<npyffi::PyArrayObject>()).fields;
+        if array.nd != 1 || array.descr.cast() != float64.as_ptr() || *array.dimensions != n as npyffi::npy_intp {
+            return false;
+        }
+        let (data, stride) = (array.data.cast_const().cast::<f64>(), *array.strides);
+        for (i, slot) in buffer[..n].iter_mut().enumerate() {
+            *slot = read(data, stride * i as isize);
+        }
+    }
+    true
+}
+
 /// Copies one finite vector of length `n` to the front of `buffer`.
 #[inline(always)]
 pub fn read_vector(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> PyResult<()> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && array.shape()[0] == n
-    {
-        let (data, stride) = (array.data(), array.strides()[0]);
-        for (i, slot) in buffer[..n].iter_mut().enumerate() {
-            // SAFETY: i is within the dimension, and the GIL keeps the array alive.
-            *slot = unsafe { read(data, stride * i as isize) };
-        }
+    if read_plain(value, n, buffer) {
         check_finite(name, &buffer[..n])?;
         return Ok(());
     }
+    read_any_vector(name, value, n, buffer)
+}
+
+/// The same of anything that numpy makes an array of.
+#[cold]
+#[inline(never)]
+fn read_any_vector(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> PyResult<()> {
     match read_rows(name, value, n)? {
         Rows::One(row) => {
             buffer[..n].copy_from_slice(&row[..n]);
@@ -80,6 +106,22 @@ pub fn read_vector(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut 
             Err(Error::Shape { name: name.into(), got: format!("({}, {n})", rows.len() / n), expected: format!("({n},)") }.into())
         }
     }
+}
+
+/// The vectors of a batch, or `None` and one vector at the front of `buffer`.
+#[inline(always)]
+pub fn read_one_or_many(name: &str, value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64; MAX_JOINTS]) -> PyResult<Option<Vec<f64>>> {
+    if read_plain(value, n, buffer) {
+        check_finite(name, &buffer[..n])?;
+        return Ok(None);
+    }
+    Ok(match read_rows(name, value, n)? {
+        Rows::One(row) => {
+            *buffer = row;
+            None
+        }
+        Rows::Many(rows) => Some(rows),
+    })
 }
 
 /// Copies finite vectors of length `n`: shape (n,) or (N, n).
@@ -234,38 +276,26 @@ pub fn map_rows<'py, const D: usize, const E: usize>(
     kernel: impl Fn(&[f64], &mut [f64]) -> Result<()> + Sync,
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let mut row = [0.0; MAX_JOINTS];
-    let single = q.cast::<PyArray1<f64>>().is_ok();
-    if single {
-        read_vector("q", q, n, &mut row)?;
-    }
-    let rows = match (single, n) {
-        (true, _) => Rows::One(row),
-        _ => read_rows("q", q, n)?,
+    let Some(rows) = read_one_or_many("q", q, n, &mut row)? else {
+        let array = output(py, out, cell)?;
+        ok(kernel(&row[..n], elements(&array)))?;
+        return Ok(array);
     };
-    match rows {
-        Rows::One(row) => {
-            let array = output(py, out, cell)?;
-            ok(kernel(&row[..n], elements(&array)))?;
-            Ok(array)
-        }
-        Rows::Many(rows) => {
-            let mut shape = [rows.len() / n; E];
-            shape[1..].copy_from_slice(&cell);
-            let array = output(py, out, shape)?;
-            let size = cell.iter().product();
-            let numbers = elements(&array);
-            let refused = OnceLock::new();
-            py.detach(|| {
-                for_each_row(&rows, n, numbers, size, |q, out| {
-                    if let Err(error) = kernel(q, out) {
-                        refused.get_or_init(|| error);
-                    }
-                })
-            });
-            ok(refused.into_inner().map_or(Ok(()), Err))?;
-            Ok(array)
-        }
-    }
+    let mut shape = [rows.len() / n; E];
+    shape[1..].copy_from_slice(&cell);
+    let array = output(py, out, shape)?;
+    let size = cell.iter().product();
+    let numbers = elements(&array);
+    let refused = OnceLock::new();
+    py.detach(|| {
+        for_each_row(&rows, n, numbers, size, |q, out| {
+            if let Err(error) = kernel(q, out) {
+                refused.get_or_init(|| error);
+            }
+        })
+    });
+    ok(refused.into_inner().map_or(Ok(()), Err))?;
+    Ok(array)
 }
 
 /// A vector as an array.

@@ -8,6 +8,7 @@ mod index;
 mod plan;
 mod qp;
 mod resolve;
+mod results;
 mod robot;
 mod task;
 
@@ -59,6 +60,7 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::index::kinds::register(module)?;
+        super::results::add_to(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("build_profile", if cfg!(debug_assertions) { "debug" } else { "release" })
     }

@@ -1,19 +1,13 @@
 //! `redundancy.solve_qp`.
 
-use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::errors::PyResult;
 
-use crate::array::{read_any, read_list, vector};
+use crate::array::{ok, read_any, read_list, vector};
+use crate::results::QP_SOLUTION;
 use redundancy::error::Error;
-use redundancy::optimize::qp::{self, ActiveSet, Place, Problem, Row, Status};
-
-/// Variables at most.
-const LARGEST: usize = 20;
-
-/// Minimiser, status, multipliers of the bounds and of the rows, and changes.
-type Solved<'py> = (Bound<'py, PyArray1<f64>>, &'static str, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize);
+use redundancy::qp::{self, MAX_VARIABLES, Place, Programme, Row};
 
 /// A small strictly convex quadratic programme: minimise ``x'Hx/2 + g'x`` subject to bounds and rows.
 ///
@@ -65,11 +59,11 @@ pub fn solve_qp<'py>(
     rows: Option<&Bound<'py, PyAny>>,
     row_lower: Option<&Bound<'py, PyAny>>,
     row_upper: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Solved<'py>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let g = read_list("g", g)?;
     let n = g.len();
-    if n > LARGEST {
-        return Err(Error::value("g", format!("{n} variables"), &format!("at most {LARGEST}")).into());
+    if n > MAX_VARIABLES {
+        return Err(Error::value("g", format!("{n} variables"), &format!("at most {MAX_VARIABLES}")).into());
     }
     let matrix = |name: &str, value: &Bound<'py, PyAny>, rows: Option<usize>| -> PyResult<Vec<f64>> {
         let (numbers, shape) = read_any(name, value)?;
@@ -88,22 +82,12 @@ pub fn solve_qp<'py>(
     let m = a.len().checked_div(n).unwrap_or(0);
     let (lower, upper) = (list("lower", lower, n, f64::NEG_INFINITY)?, list("upper", upper, n, f64::INFINITY)?);
     let (row_lower, row_upper) = (list("row_lower", row_lower, m, f64::NEG_INFINITY)?, list("row_upper", row_upper, m, f64::INFINITY)?);
-    let wide = |values: &[f64]| -> [f64; LARGEST] { std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)) };
-    let square: [[f64; LARGEST]; LARGEST] = std::array::from_fn(|i| if i < n { wide(&h[i * n..(i + 1) * n]) } else { [0.0; LARGEST] });
-    let rows: Vec<Row<LARGEST>> =
-        (0..m).map(|k| Row { a: wide(&a[k * n..(k + 1) * n]), lower: row_lower[k], upper: row_upper[k] }).collect();
-    let problem = Problem { n, h: &square, g: &wide(&g), lower: &wide(&lower), upper: &wide(&upper), rows: &rows };
-    let found = qp::solve(&problem, &ActiveSet::default());
-    let status = match found.status {
-        Status::Solved => "solved",
-        Status::Infeasible => "infeasible",
-        Status::NotConvex => "not convex",
-        Status::Iterations => "iterations",
-        Status::Undefined => "undefined",
-    };
+    let rows: Vec<Row<'_>> = (0..m).map(|k| Row { a: &a[k * n..(k + 1) * n], lower: row_lower[k], upper: row_upper[k] }).collect();
+    let found = ok(qp::solve(&Programme { h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows }, &[]))?;
     let last = |place: Place| found.violated.filter(|(constraint, _)| constraint.place == place).map_or(0.0, |(_, value)| value);
     let multipliers =
         |count: usize, place: fn(usize) -> Place| -> Vec<f64> { (0..count).map(|i| found.multiplier(place(i)) + last(place(i))).collect() };
     let (bounds, of_rows) = (multipliers(n, Place::Bound), multipliers(m, Place::Row));
-    Ok((vector(py, &found.x[..n]), status, vector(py, &bounds), vector(py, &of_rows), found.changes))
+    let parts = (vector(py, &found.x), found.status.name(), vector(py, &bounds), vector(py, &of_rows), found.changes);
+    Ok(QP_SOLUTION.make(py, parts)?)
 }

@@ -7,10 +7,10 @@
 //! use redundancy::optimize::Stop;
 //! use redundancy::robot::{Convention, DhTable, Robot};
 //!
-//! // Three links of one plane: an isotropic posture exists (Leger 2014, 2.4).
+//! // A planar robot that has an isotropic posture: the arms from its joints to the tool point make a star of three equal rays.
 //! let table = DhTable {
 //!     convention: Convention::Standard,
-//!     a: vec![1.0, 1.0, 0.5f64.sqrt()],
+//!     a: vec![3f64.sqrt(), 3f64.sqrt(), 1.0],
 //!     d: vec![0.0; 3],
 //!     alpha: vec![0.0; 3],
 //!     theta: vec![0.0; 3],

@@ -12,15 +12,15 @@ const UPRIGHT: f64 = 1e-12;
 /// operation point: its base is the robot, its height the length L.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarTetrahedron {
-    /// Edges p_i [m].
+    /// Edges p_i \[m\].
     pub edges: [Vec3; 3],
     /// Volume of the tetrahedron [m^3].
     pub volume: f64,
     /// Area of the triangular face opposite to edge i [m^2].
     pub faces: [f64; 3],
-    /// Distance from the tip of edge i to the opposite face [m].
+    /// Distance from the tip of edge i to the opposite face \[m\].
     pub distances: [f64; 3],
-    /// Height: the length L [m].
+    /// Height: the length L \[m\].
     pub height: f64,
     /// kappa_F by (2.16): `sqrt(sum p^2 sum S^2) / (9 V)`; infinite when the volume is zero.
     pub condition_number: f64,

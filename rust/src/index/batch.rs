@@ -6,8 +6,8 @@ use crate::error::{Error, Result, check_length};
 use crate::kinematics::sized::jacobian_of;
 use crate::linalg::real::{Lanes, Real};
 use crate::linalg::size;
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
-use crate::with_capacity;
 
 /// Where the answers go: one entry, one row of n and one of n x n a posture, with the length as one more variable n + 1. Derivatives that are
 /// not wanted are empty.

@@ -74,14 +74,15 @@ fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
 impl<const C: usize, T: Real> Factored<C, T> {
     #[inline(always)]
     fn new(jn: Rows6<C, T>, n: usize, m: usize) -> Self {
-        let factors = Orthogonal::new(&jn, n, m);
-        let p = factors.pseudo_inverse();
-        let w = gram(&p, m);
-        let mut b = w[0][0];
-        for r in 1..m {
-            b += w[r][r];
+        // Built in place: it is too large to be handed around.
+        let (p, w) = ([[T::ZERO; C]; 6], [[T::ZERO; 6]; 6]);
+        let mut out = Self { factors: Orthogonal::new(&jn, n, m), jn, p, w, a: norm2(&jn, 0..m), b: T::ZERO };
+        out.p = out.factors.pseudo_inverse();
+        out.w = gram(&out.p, m);
+        for r in 0..m {
+            out.b += out.w[r][r];
         }
-        Self { factors, jn, p, w, a: norm2(&jn, 0..m), b }
+        out
     }
 
     /// Entry (r, i) of `W P'`.

@@ -262,14 +262,33 @@ fn evaluate_rows<const C: usize, I: JacobianIndex + ?Sized>(
         }
     }
     if order == Order::Hessian {
-        index.second(&factors, jacobian, m, &mut out.hessian);
-        pull_back_second(jacobian, &y, &mut out.hessian);
-        for k in 0..n {
-            for l in k..n {
-                let entry = slope * out.hessian[k][l] + curvature * gradient[k] * gradient[l];
-                out.hessian[k][l] = entry;
-                out.hessian[l][k] = entry;
-            }
+        add_hessian(index, &factors, jacobian, m, &y, (slope, curvature), &gradient, &mut out.hessian);
+    }
+}
+
+/// The Hessian, apart: its code and its stack are large, and many a loop wants gradients only.
+#[inline(never)]
+fn add_hessian<const C: usize, I: JacobianIndex + ?Sized>(
+    index: &I,
+    factors: &I::Factors<C>,
+    jacobian: &Jacobian<C>,
+    m: usize,
+    y: &[Row6; C],
+    (slope, curvature): (f64, f64),
+    gradient: &[f64; C],
+    hessian: &mut [[f64; C]; C],
+) {
+    let n = jacobian.n();
+    match m {
+        6 if unrolls::<C>() => index.second(factors, jacobian, 6, hessian),
+        m => index.second(factors, jacobian, m, hessian),
+    }
+    pull_back_second(jacobian, y, hessian);
+    for k in 0..n {
+        for l in k..n {
+            let entry = slope * hessian[k][l] + curvature * gradient[k] * gradient[l];
+            hessian[k][l] = entry;
+            hessian[l][k] = entry;
         }
     }
 }

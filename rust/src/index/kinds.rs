@@ -2,7 +2,6 @@
 
 use super::evaluate::{Evaluation, JacobianIndex, Order, add_first_order};
 use super::rows::Rows;
-use super::{condition, manipulability, spectral};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::real::Real;
 

@@ -34,9 +34,10 @@ impl<T: Real> FirstOrder<T> for Manipulability {
 
     #[inline(always)]
     fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Factored<C, T> {
-        let factors = Orthogonal::new(&self.rows.normalised(jacobian), jacobian.n(), m);
-        let p = factors.pseudo_inverse();
-        Factored { factors, p }
+        // Built in place: it is too large to be handed around.
+        let mut out = Factored { factors: Orthogonal::new(&self.rows.normalised(jacobian), jacobian.n(), m), p: [[T::ZERO; C]; 6] };
+        out.p = out.factors.pseudo_inverse();
+        out
     }
 
     /// f(ln w) = w^p has every derivative p^k w^p.

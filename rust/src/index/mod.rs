@@ -39,19 +39,19 @@ macro_rules! of_jacobian {
         $then! {
             /// Condition number of the homogeneous Jacobian, `(1/m) sqrt(tr(G) tr(G^-1))` with `G = J_n J_n^T` (Leger 2014, eq. 2.14): 1 at an
             /// isotropic posture, inf at a singular one.
-            ConditionNumber "condition_number" lanes |rows, squared| condition::ConditionNumber { rows, squared };
+            ConditionNumber "condition_number" lanes |rows, squared| $crate::index::condition::ConditionNumber { rows, squared };
             /// Manipulability `sqrt(det(J_n J_n^T))`, the volume of the ellipsoid (Leger 2014, eq. 1.8): 0 at a singular posture.
-            Manipulability "manipulability" lanes |rows, squared| manipulability::Manipulability { rows, squared };
+            Manipulability "manipulability" lanes |rows, squared| $crate::index::manipulability::Manipulability { rows, squared };
             /// Spectral condition number of the homogeneous Jacobian, its largest over its smallest singular value: inf at a singular posture.
             SpectralConditionNumber "spectral_condition_number" alone
-                |rows, squared| spectral::Spectral { kind: spectral::SpectralKind::ConditionNumber, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::ConditionNumber, rows, squared };
             /// Smallest singular value of the homogeneous Jacobian: 0 at a singular posture.
             SmallestSingularValue "smallest_singular_value" alone
-                |rows, squared| spectral::Spectral { kind: spectral::SpectralKind::SmallestSingularValue, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::SmallestSingularValue, rows, squared };
             /// Huo's parameter of singularity `sqrt(kappa_2 / manipulability)` (Huo 2009, eq. 4.6; the source uses length 1): inf at a singular
             /// posture.
             SingularityParameter "singularity_parameter" alone
-                |rows, squared| spectral::Spectral { kind: spectral::SpectralKind::SingularityParameter, rows, squared };
+                |rows, squared| $crate::index::spectral::Spectral { kind: $crate::index::spectral::SpectralKind::SingularityParameter, rows, squared };
         }
     };
 }
@@ -71,8 +71,8 @@ pub use rows::Rows;
 
 /// The kernels, by capacity: the caller has checked the lengths.
 pub(crate) mod sized {
-    pub use super::differences::sized as differences;
-    pub use super::evaluate::Evaluation;
+    pub use crate::index::differences::sized as differences;
+    pub use crate::index::evaluate::Evaluation;
 }
 
 /// The value and derivatives of an index at a posture; entries beyond the joints are zero.

@@ -10,8 +10,8 @@ use super::rows::Rows;
 use crate::error::{Error, Result, check_length};
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::MAX_JOINTS;
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
-use crate::with_capacity;
 
 /// Any index of this room.
 #[derive(Debug, Clone)]

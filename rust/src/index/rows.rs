@@ -10,7 +10,7 @@ use crate::linalg::{Mat6, Row6, Rows6};
 pub struct Rows {
     indices: [usize; 6],
     count: usize,
-    /// Characteristic length [m].
+    /// Characteristic length \[m\].
     pub length: f64,
 }
 

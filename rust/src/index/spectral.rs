@@ -61,6 +61,18 @@ impl Spectral {
     }
 }
 
+/// `x^c`; the exponents met here are halves, for which a square root and a division are quicker than a power.
+#[inline(always)]
+fn power(x: f64, c: f64) -> f64 {
+    let root = if c.abs() == 0.5 { x.sqrt() } else { x };
+    match (c.abs(), c > 0.0) {
+        (0.0, _) => 1.0,
+        (0.5 | 1.0, true) => root,
+        (0.5 | 1.0, false) => 1.0 / root,
+        _ => x.powf(c),
+    }
+}
+
 /// `B = U' dJ V` and `dJ` along the null space: rows i < m, columns j < n.
 #[inline(always)]
 fn projected<const C: usize>(svd: &Svd<C>, null: &[[f64; C]; C], dj: &[Row6; C], n: usize, m: usize) -> [[f64; C]; 6] {
@@ -129,7 +141,7 @@ impl FirstOrder<f64> for Spectral {
     #[inline(always)]
     fn outer<const C: usize>(&self, factors: &Decomposed<C>, m: usize) -> (f64, f64, f64) {
         let Decomposed { c, svd, .. } = factors;
-        let value: f64 = (0..m).map(|i| if c[i] == 0.0 { 1.0 } else { svd.sigma[i].powf(c[i]) }).product();
+        let value: f64 = (0..m).map(|i| power(svd.sigma[i], c[i])).product();
         (value, value, value)
     }
 
@@ -152,12 +164,17 @@ impl FirstOrder<f64> for Spectral {
     #[inline(always)]
     fn slope<const C: usize>(&self, factors: &Decomposed<C>, n: usize, m: usize) -> [Row6; C] {
         let Decomposed { svd, c, .. } = factors;
+        let mut weighted = [[0.0; 6]; 6]; // c_s / sigma_s u_s
+        for s in 0..m {
+            let weight = c[s] / svd.sigma[s];
+            weighted[s] = svd.u[s].map(|x| weight * x);
+        }
         let mut out = [[0.0; 6]; C];
         for i in 0..n {
             let mut y = [0.0; 6];
             for s in 0..m {
-                for r in 0..m {
-                    y[r] += c[s] / svd.sigma[s] * svd.u[s][r] * svd.v[s][i];
+                for r in 0..6 {
+                    y[r] += weighted[s][r] * svd.v[s][i];
                 }
             }
             out[i] = self.rows.spread(&y);

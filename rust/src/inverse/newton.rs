@@ -4,9 +4,9 @@ use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::damped::damped_step;
 use crate::linalg::size;
 use crate::linalg::vector::{Vec3, norm};
+use crate::linalg::with_capacity;
 use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Least damping, relative to the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-14;

@@ -26,14 +26,14 @@ mod rows_in_use;
 use crate::error::{Result, check_length};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
-use crate::with_capacity;
 
 /// The kernels, by capacity: the caller has checked the lengths.
 pub(crate) mod sized {
-    pub use super::derivatives::{derivative_column, first_derivative, jacobian_rate, second_derivative};
-    pub use super::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
-    pub use super::pullback::{pull_back, pull_back_second};
+    pub use crate::kinematics::derivatives::{derivative_column, first_derivative, jacobian_rate, second_derivative};
+    pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
+    pub use crate::kinematics::pullback::{pull_back, pull_back_second};
 }
 
 /// The geometric Jacobian of a robot by columns; those beyond its joints are zero.
@@ -48,6 +48,19 @@ pub fn forward(robot: &Robot, q: &[f64]) -> Result<Frame> {
 #[inline(never)]
 fn tool<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
     sized::forward::<C>(robot, q)
+}
+
+/// Writes the tool frame in the base frame as a homogeneous matrix by rows, shape (4, 4).
+pub fn forward_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
+    fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64; 16]) {
+        sized::forward::<C>(robot, q).write_matrix(out);
+    }
+    check_length("q", q, robot.n())?;
+    check_length("out", out, 16)?;
+    if let Ok(out) = out.try_into() {
+        with_capacity!(q.len(), kernel(robot, q, out));
+    }
+    Ok(())
 }
 
 /// The tool frame and the Jacobian, in one sweep.

@@ -11,8 +11,7 @@ pub(crate) const fn size<const C: usize>(n: usize) -> usize {
 }
 
 /// Calls `$function::<C>(args)` with the capacity that fits `$n` joints.
-#[doc(hidden)]
-#[macro_export]
+#[cfg_attr(feature = "internals", macro_export, doc(hidden))]
 macro_rules! with_capacity {
     ($n:expr, $function:ident ( $($argument:expr),* $(,)? )) => {
         match $n {
@@ -22,3 +21,4 @@ macro_rules! with_capacity {
         }
     };
 }
+pub(crate) use with_capacity;

@@ -9,7 +9,7 @@ use crate::error::{Error, Result, check_finite};
 pub struct Frame<T = f64> {
     /// Unit vectors x, y, z of the frame, in the parent frame.
     pub axes: [Vec3<T>; 3],
-    /// Origin of the frame, in the parent frame [m].
+    /// Origin of the frame, in the parent frame \[m\].
     pub origin: Vec3<T>,
 }
 
@@ -73,7 +73,7 @@ impl Frame {
         Self { axes: transposed, origin: scale(-1.0, self.unrotate(self.origin)) }
     }
 
-    /// Rotation about the unit vector `axis` by `angle` [rad].
+    /// Rotation about the unit vector `axis` by `angle` \[rad\].
     pub fn rotation(axis: Vec3, angle: f64) -> Self {
         let (s, c) = exact_sin_cos(angle);
         let column = |e: Vec3| add(add(scale(c, e), scale(s, cross(axis, e))), scale((1.0 - c) * dot(axis, e), axis));

@@ -19,6 +19,7 @@ pub(crate) mod cholesky;
 pub(crate) mod damped;
 pub mod frame;
 pub(crate) mod householder;
+mod jacobi;
 pub(crate) mod left_null;
 pub(crate) mod lu;
 pub(crate) mod orthogonal;
@@ -28,7 +29,7 @@ pub(crate) mod symmetric;
 pub(crate) mod trig;
 pub mod vector;
 
-pub(crate) use capacity::{Rows6, size};
+pub(crate) use capacity::{Rows6, size, with_capacity};
 
 use real::Real;
 

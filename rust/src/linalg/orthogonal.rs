@@ -3,14 +3,18 @@
 //!
 //! `A' = O U` with orthogonal columns o_k of squared length s_k and U unit upper triangular, so `A^+ = O diag(1/s) U^-T` for square and wide
 //! matrices alike. Errors are of the size of the condition number of A, not of its square as through the Gram matrix `A A'`. There is no
-//! pivot and no branch, and one division a row on the critical path: at 6 x 6 it takes a third of the time of elimination with pivoting or
-//! of Householder reflections (`benches/linalg.rs`).
+//! pivot, no branch but where digits are lost to cancellation, and one division a row on the critical path: at 6 x 6 it takes a third of the
+//! time of elimination with pivoting or of Householder reflections (`benches/linalg.rs`).
 
 use super::real::Real;
 use super::{Mat6, Row6, Rows6, size};
 
 /// An orthogonal vector shorter than this multiple of the longest means that the rows of A are dependent to working precision.
 const RANK_TOLERANCE: f64 = 8.0 * f64::EPSILON;
+
+/// A vector of which less than this is left over, both squared, has lost digits to cancellation and is orthogonalised again: vectors are
+/// orthogonal to five roundings. (With 1e-3 the derivatives of one reference posture in a thousand leave their bounds.)
+const CANCELLED: f64 = 5e-2;
 
 /// Runs the body for k from 0 to m - 1, at most 5, with k a constant in each copy, so that the triangular loops within unroll too.
 macro_rules! unrolled {
@@ -46,6 +50,12 @@ fn subtract<const C: usize, T: Real>(a: &mut [T; C], factor: T, b: &[T; C]) {
     }
 }
 
+/// What the square of an orthogonal vector must not be less than, from the row that it was.
+#[inline(always)]
+fn least<const C: usize, T: Real>(row: &[T; C]) -> T {
+    T::splat(CANCELLED) * dot(row, row)
+}
+
 /// The factors of A'.
 #[derive(Debug, Clone, Copy)]
 pub struct Orthogonal<const C: usize, T = f64> {
@@ -63,14 +73,15 @@ pub struct Orthogonal<const C: usize, T = f64> {
 
 impl<const C: usize, T: Real> Orthogonal<C, T> {
     /// Of the m x n matrix `a`, by rows.
-    #[inline(always)]
+    #[inline(never)] // one copy, so that a tick with cold caches fetches it once
     pub fn new(a: &Rows6<C, T>, n: usize, m: usize) -> Self {
         let n = size::<C>(n);
         let mut out = Self { n, m, o: *a, square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] };
         unrolled!(k < m, {
-            out.orthogonalise_again(k);
+            let (square, least) = (dot(&out.o[k], &out.o[k]), least(&a[k]));
+            let cancelled = k > 0 && T::any_less(square, least);
+            out.square[k] = if cancelled { out.orthogonalise_again(k, square, least) } else { square };
             let pivot = out.o[k];
-            out.square[k] = dot(&pivot, &pivot);
             out.reciprocal[k] = T::splat(1.0) / out.square[k];
             for c in k + 1..m {
                 let factor = dot(&pivot, &out.o[c]) * out.reciprocal[k];
@@ -81,17 +92,18 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         out
     }
 
-    /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett).
-    /// All factors come from the same vector, so that none waits for another.
-    #[inline(always)]
-    fn orthogonalise_again(&mut self, k: usize) {
+    /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett). Only in
+    /// the lanes whose squared length is less than `least`, so that each answers what it would alone. Returns the squared length after it.
+    #[inline(never)]
+    fn orthogonalise_again(&mut self, k: usize, square: T, least: T) -> T {
         let vector = self.o[k];
         for j in 0..k {
-            let factor = dot(&self.o[j], &vector) * self.reciprocal[j];
+            let factor = (dot(&self.o[j], &vector) * self.reciprocal[j]).where_less(square, least);
             self.u[j][k] += factor;
             let known = self.o[j];
             subtract(&mut self.o[k], factor, &known);
         }
+        dot(&self.o[k], &self.o[k])
     }
 
     #[inline(always)]
@@ -142,13 +154,13 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
     }
 
     /// `P = A^+` by columns: m of n numbers.
-    #[inline(always)]
+    #[inline(never)]
     pub fn pseudo_inverse(&self) -> Rows6<C, T> {
         let mut p = self.o;
         unrolled!(back < self.m, {
             let k = self.m - 1 - back;
             for x in &mut p[k] {
-                *x /= self.square[k];
+                *x = *x * self.reciprocal[k];
             }
             // The row that was finished last comes last: the others do not wait for it.
             for j in (k + 1..self.m).rev() {
@@ -175,7 +187,7 @@ impl<const C: usize> Orthogonal<C> {
     }
 
     /// An orthonormal basis of the null space of A: vector `j` in row `j`, n - m of them.
-    #[inline(always)]
+    #[inline(never)]
     pub fn null_space(&self) -> [[f64; C]; C] {
         let n = size::<C>(self.n);
         let mut basis = [[0.0; C]; C];

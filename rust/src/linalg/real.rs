@@ -34,6 +34,12 @@ pub trait Real:
     /// Square root.
     fn sqrt(self) -> Self;
 
+    /// Whether a < b in any lane.
+    fn any_less(a: Self, b: Self) -> bool;
+
+    /// The number in the lanes where a < b, zero in the others.
+    fn where_less(self, a: Self, b: Self) -> Self;
+
     /// Sines and cosines of the first `n` angles.
     fn sin_cos<const C: usize>(angles: &[Self], n: usize) -> ([Self; C], [Self; C]);
 }
@@ -60,6 +66,16 @@ impl Real for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn any_less(a: Self, b: Self) -> bool {
+        a < b
+    }
+
+    #[inline(always)]
+    fn where_less(self, a: Self, b: Self) -> Self {
+        if a < b { self } else { 0.0 }
     }
 
     #[inline(always)]
@@ -136,6 +152,16 @@ impl Real for Lanes {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    fn any_less(a: Self, b: Self) -> bool {
+        (0..WIDTH).any(|i| a.0[i] < b.0[i])
+    }
+
+    #[inline(always)]
+    fn where_less(self, a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| if a.0[i] < b.0[i] { self.0[i] } else { 0.0 }))
     }
 
     #[inline(always)]

@@ -1,5 +1,7 @@
 //! Eigenvalues of a small symmetric matrix by Jacobi rotations: bounded sweeps, no allocation.
 
+use super::jacobi::rotation;
+
 /// More sweeps than any matrix of this size needs.
 const MAX_SWEEPS: usize = 30;
 
@@ -37,10 +39,9 @@ fn rotate<const C: usize>(a: &mut [[f64; C]; C], vectors: &mut [[f64; C]; C], n:
     if apq == 0.0 {
         return;
     }
-    let theta = (a[q][q] - a[p][p]) / (2.0 * apq);
-    let t = 1.0f64.copysign(theta) / (theta.abs() + (1.0 + theta * theta).sqrt());
-    let c = 1.0 / (1.0 + t * t).sqrt();
-    let s = c * t;
+    let (difference, twice) = (a[q][q] - a[p][p], 2.0 * apq);
+    let size = difference.abs().max(twice.abs());
+    let (c, s, _) = rotation(difference / size, twice / size);
     for i in 0..n {
         let (x, y) = (a[i][p], a[i][q]);
         a[i][p] = c * x - s * y;

@@ -4,6 +4,8 @@ use nalgebra::DVector;
 
 use super::Smooth;
 
+/// Ends of a bracket this near to each other, relative, are one.
+const SAME: f64 = 1e-14;
 /// Sufficient decrease (3.56).
 const C1: f64 = 1e-4;
 /// Curvature (3.57).
@@ -82,7 +84,7 @@ pub fn strong_wolfe(
             Some(high) => 0.5 * (low.alpha + high.alpha),
             None => 2.0 * alpha,
         };
-        if high.is_some_and(|h| (h.alpha - low.alpha).abs() <= 1e-14 * alpha.abs()) {
+        if high.is_some_and(|h| (h.alpha - low.alpha).abs() <= SAME * alpha.abs()) {
             return (best, trial);
         }
     }

@@ -1,13 +1,41 @@
-//! Optimisation that knows no robot: trust-region Newton, BFGS with a strong Wolfe line search, a small dense QP.
+//! Optimisation that knows no robot: trust-region Newton, BFGS with a strong Wolfe line search.
+//!
+//! The house has two systems of vectors, on purpose. Problems of this room are dense and of a size known at run time alone (a posture with its
+//! length, a whole design): their vectors are nalgebra's, on the heap. What a control tick solves is in [`crate::qp`] and [`crate::linalg`]: arrays
+//! on the stack, nothing allocated.
+//!
+//! ```
+//! use nalgebra::{DMatrix, DVector};
+//! use redundancy::optimize::{Outcome, Smooth, Stop, trust_region_newton};
+//!
+//! fn one(x: f64) -> DVector<f64> {
+//!     DVector::from_element(1, x)
+//! }
+//!
+//! /// (x - 1)^4 + (x - 1)^2
+//! struct Bowl;
+//!
+//! impl Smooth for Bowl {
+//!     fn gradient(&mut self, x: &DVector<f64>) -> (f64, DVector<f64>) {
+//!         let (value, gradient, _) = self.hessian(x);
+//!         (value, gradient)
+//!     }
+//!     fn hessian(&mut self, x: &DVector<f64>) -> (f64, DVector<f64>, DMatrix<f64>) {
+//!         let d = x[0] - 1.0;
+//!         (d.powi(4) + d * d, one(4.0 * d.powi(3) + 2.0 * d), DMatrix::from_element(1, 1, 12.0 * d * d + 2.0))
+//!     }
+//! }
+//!
+//! let found = trust_region_newton(&mut Bowl, one(5.0), Stop { step: 1e-10, iterations: 100 });
+//! assert_eq!(found.outcome, Outcome::Converged);
+//! assert!((found.x[0] - 1.0).abs() < 1e-12);
+//! ```
 
 mod bfgs;
-mod direct_update;
 mod line_search;
-pub mod qp;
 mod trust_region;
 
 pub use bfgs::bfgs;
-pub use direct_update::direct_update;
 pub use line_search::{LineSearch, strong_wolfe};
 use nalgebra::{DMatrix, DVector};
 pub use trust_region::trust_region_newton;

@@ -10,8 +10,20 @@ const FIRST_RADIUS: f64 = 0.5;
 const LARGEST_RADIUS: f64 = 2.0;
 /// Eigenvalues below this multiple of the largest are directions in which the function does not change.
 const FLAT: f64 = 1e-12;
+/// A slope below this part of the whole gradient along a direction without curvature is rounding.
+const LEVEL: f64 = 1e-10;
+/// An eigenvalue below minus this multiple of the largest is a saddle's, not rounding.
+const SADDLE: f64 = 1e-8;
 /// Bounds every inner iteration.
 const MAX_INNER: usize = 60;
+/// Part of the radius by which a step may miss it.
+const NEAR_RADIUS: f64 = 1e-3;
+/// Least part of the predicted gain for which a step is taken.
+const TAKEN: f64 = 1e-4;
+/// Part of the predicted gain below which the region shrinks.
+const POOR: f64 = 0.25;
+/// And above which it grows.
+const GOOD: f64 = 0.75;
 
 /// Minimises `f` from `x`.
 pub fn trust_region_newton(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> Minimum {
@@ -38,12 +50,12 @@ pub fn trust_region_newton(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> 
         best.evaluations += 1;
         let (next, next_gradient, next_hessian) = f.hessian(&trial);
         let ratio = (value - next) / predicted;
-        let improved = next.is_finite() && (ratio > 1e-4 || (negligible && next <= value + 8.0 * f64::EPSILON * value.abs()));
+        let improved = next.is_finite() && (ratio > TAKEN || (negligible && next <= value + 8.0 * f64::EPSILON * value.abs()));
         if improved {
             let taken = step.amax();
             (best.x, value, gradient, hessian) = (trial, next, next_gradient, next_hessian);
             best.value = value;
-            if ratio > 0.75 && step.norm() > 0.9 * radius {
+            if ratio > GOOD && step.norm() > 0.9 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }
             if negligible && taken <= stop.step.sqrt() {
@@ -54,7 +66,7 @@ pub fn trust_region_newton(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> 
             best.outcome = Outcome::Stalled;
             break;
         }
-        if !improved || ratio < 0.25 {
+        if !improved || ratio < POOR {
             radius = 0.25 * radius.min(step.norm());
         }
     }
@@ -72,7 +84,7 @@ fn subproblem(gradient: &DVector<f64>, hessian: &DMatrix<f64>, radius: f64) -> (
     let slope = eigen.eigenvectors.tr_mul(gradient);
     let scale = eigen.eigenvalues.amax().max(f64::MIN_POSITIVE);
     let lowest = eigen.eigenvalues.min();
-    let flat = |i: usize| eigen.eigenvalues[i].abs() <= FLAT * scale && slope[i].abs() <= 1e-10 * gradient.norm();
+    let flat = |i: usize| eigen.eigenvalues[i].abs() <= FLAT * scale && slope[i].abs() <= LEVEL * gradient.norm();
     let at =
         |shift: f64| DVector::from_fn(n, |i, _| if flat(i) { 0.0 } else { -slope[i] / (eigen.eigenvalues[i] + shift).max(FLAT * scale) });
     let mut shift = if lowest > -FLAT * scale { 0.0 } else { -lowest };
@@ -82,7 +94,7 @@ fn subproblem(gradient: &DVector<f64>, hessian: &DMatrix<f64>, radius: f64) -> (
         let (mut low, mut high) = (shift, shift + slope.norm() / radius + scale);
         for _ in 0..MAX_INNER {
             let norm = step.norm();
-            if (norm - radius).abs() <= 1e-3 * radius {
+            if (norm - radius).abs() <= NEAR_RADIUS * radius {
                 break;
             }
             if norm > radius {
@@ -95,7 +107,7 @@ fn subproblem(gradient: &DVector<f64>, hessian: &DMatrix<f64>, radius: f64) -> (
             shift = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             step = at(shift);
         }
-    } else if lowest < -1e-8 * scale {
+    } else if lowest < -SADDLE * scale {
         // A saddle whose downhill direction the gradient does not see: leave along it.
         let i = eigen.eigenvalues.imin();
         step[i] = (radius * radius - step.norm_squared()).max(0.0).sqrt();

@@ -8,9 +8,9 @@ use crate::error::{Error, Result};
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
 use crate::task::Task;
-use crate::with_capacity;
 
 /// Two points of a path this near [m], with axes whose cosine is this near to 1, are one.
 const SAME: f64 = 1e-9;

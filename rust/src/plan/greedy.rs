@@ -7,9 +7,7 @@ use super::part::{Part, best_part, refined_part};
 use super::problem::{ON_PATH, PathProblem};
 use crate::error::Error;
 use crate::index::Objective;
-use crate::linalg::MAX_JOINTS;
-use crate::resolve::{OrthogonalSqp, Settings, SolveStatus};
-use crate::with_capacity;
+use crate::resolve::{Memory, OrthogonalSqp, Resolver, SolveStatus, SqpSettings};
 
 /// Random postures from which the first point is solved.
 const STARTS: usize = 64;
@@ -41,29 +39,19 @@ pub(super) fn or_followed(problem: &PathProblem, parts: Vec<Part>, most: usize, 
 
 /// The postures along the whole path, n joints a row; `None` where a point is not reached.
 fn followed(problem: &PathProblem, objective: &Objective) -> Result<Option<Vec<f64>>, Error> {
-    let settings = Settings {
-        length: problem.length,
-        exact_hessian: true,
-        gain: 10.0,
-        dt: 1e-3,
-        limits: problem.limits,
-        tolerance: 1e-12,
-        max_iterations: 100,
-    };
+    let settings = SqpSettings { length: problem.length, limits: problem.limits, ..SqpSettings::default() };
     let solver = OrthogonalSqp::new(problem.robot.clone(), problem.task, objective.clone(), settings)?;
-    Ok(with_capacity!(problem.n(), walk(&solver, problem)))
+    Ok(walk(&solver, problem))
 }
 
-fn walk<const C: usize>(solver: &OrthogonalSqp, problem: &PathProblem) -> Option<Vec<f64>> {
+fn walk(solver: &OrthogonalSqp, problem: &PathProblem) -> Option<Vec<f64>> {
     let n = problem.n();
-    let start = solver.solve_best::<C>(&problem.targets[0], STARTS, SEED)?;
+    let start = solver.solve_best(&problem.targets[0], STARTS, SEED)?;
     if start.status == SolveStatus::Unreachable {
         return None;
     }
     let (mut rows, mut on_path) = (Vec::with_capacity(problem.points() * n), true);
-    let mut q = [0.0; MAX_JOINTS];
-    q[..n].copy_from_slice(&start.q[..n]);
-    solver.follow::<C>(&problem.targets, &q[..n], |_, point| {
+    solver.follow(&problem.targets, &start.q[..n], &mut Memory::default(), &mut |point| {
         on_path &= point.position_error.max(point.angle_error) <= ON_PATH;
         rows.extend_from_slice(&point.q[..n]);
     });

@@ -191,7 +191,7 @@ impl<const C: usize> Model<C> {
         let reach = if problem.turns.is_some() { 2 } else { 1 };
         let mut matrix = Banded::new(count * r, (reach + 1) * r - 1);
         for (i, point) in points.iter().enumerate() {
-            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], n, r);
+            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], r);
             for a in 0..r {
                 for b in 0..=a {
                     matrix.add(place(i) * r + a, place(i) * r + b, block[a][b]);

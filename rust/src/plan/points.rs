@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use super::problem::{CHUNK, PARALLEL, PathProblem};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
-use crate::kinematics::sized::{Jacobian, jacobian, jacobian_rate};
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{Vec3, dot};
 use crate::linalg::{Rows6, size};
+use crate::resolve::sqp::reduce::Curvature;
 use crate::task::Directions;
 
 /// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
@@ -99,33 +100,8 @@ impl<const C: usize> Point<C> {
         self.jacobian.w.map(|w| dot(self.spin_axis, w))
     }
 
-    /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point: lambda are the forces that
-    /// hold the posture on its target.
-    pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], n: usize, r: usize) -> [[f64; C]; C] {
-        let m = self.directions.dimension();
-        let mut lambda = [0.0; 6];
-        for i in 0..n {
-            for c in 0..m {
-                lambda[c] += self.pseudo_inverse[c][i] * gradient[i];
-            }
-        }
-        let (force_w, force_v) = self.directions.expand(&lambda);
-        let mut out = [[0.0; C]; C];
-        for a in 0..r {
-            let z = &self.basis[a];
-            let rate = jacobian_rate(&self.jacobian, z);
-            for b in 0..r {
-                let y = &self.basis[b];
-                let mut sum = 0.0;
-                let mut bent = 0.0;
-                for i in 0..n {
-                    sum += y[i] * (0..n).map(|k| hessian[i][k] * z[k]).sum::<f64>();
-                    bent += y[i] * (dot(force_w, rate.w[i]) + dot(force_v, rate.v[i]));
-                }
-                out[a][b] += sum - 0.5 * bent;
-                out[b][a] -= 0.5 * bent;
-            }
-        }
-        out
+    /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point.
+    pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], r: usize) -> [[f64; C]; C] {
+        Curvature::new(&self.jacobian, &self.directions, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
     }
 }

@@ -17,9 +17,9 @@ use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
 use crate::linalg::size;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
+use crate::linalg::with_capacity;
 use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
-use crate::with_capacity;
 
 /// Error of a point that counts as on the path [rad, m].
 pub const ON_PATH: f64 = 1e-9;

@@ -5,7 +5,7 @@ use super::constraints::{Common, Constraint, constraints};
 use super::graph::Criterion;
 use super::newton_system::{Direction, Model, moved, widening_weight};
 use super::problem::PathProblem;
-use crate::with_capacity;
+use crate::linalg::with_capacity;
 
 /// The sum of slack times multiplier at the start and at the end, relative to what is minimised.
 const FIRST_GAP: f64 = 1e-2;

@@ -37,13 +37,13 @@ impl Convention {
 pub struct DhTable {
     /// Convention of the table.
     pub convention: Convention,
-    /// Link lengths [m].
+    /// Link lengths \[m\].
     pub a: Vec<f64>,
-    /// Offsets along z [m].
+    /// Offsets along z \[m\].
     pub d: Vec<f64>,
-    /// Twist angles [rad].
+    /// Twist angles \[rad\].
     pub alpha: Vec<f64>,
-    /// Angles about z [rad].
+    /// Angles about z \[rad\].
     pub theta: Vec<f64>,
 }
 

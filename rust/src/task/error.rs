@@ -5,10 +5,10 @@ use super::{Reference, Target, Task};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, perpendicular, scale, sub};
 
-/// Axes this close to opposite [rad] have no usable direction to turn in: any perpendicular will do.
+/// Axes this close to opposite \[rad\] have no usable direction to turn in: any perpendicular will do.
 const OPPOSITE: f64 = 1e-8;
 
-/// A rotation whose angle has a sine below this [rad], beyond a quarter turn, is close to half a turn: the sum of cross products that gives
+/// A rotation whose angle has a sine below this \[rad\], beyond a quarter turn, is close to half a turn: the sum of cross products that gives
 /// its axis elsewhere loses the digits.
 const NEAR_HALF_TURN: f64 = 1e-6;
 

@@ -63,7 +63,7 @@ pub struct Task {
 /// Where the tool has to be; the parts a task does not ask for are not looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// Position of the tool point [m].
+    /// Position of the tool point \[m\].
     pub position: Vec3,
     /// Direction of the tool's axis (unit), for an axisymmetric tool; that of `frame` if not given.
     pub axis: Option<Vec3>,

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::shapes::seven_capsules;
 use crate::common::{Rng, iiwa, rngs};
 use proptest::prelude::*;
-use redundancy::collision::{Body, Damping, Mount, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs, separation};
+use redundancy::collision::{Body, Mount, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs, separation};
 use redundancy::linalg::frame::Frame;
+use redundancy::resolve::Damper;
 
 fn cluttered(rng: &mut Rng, count: usize) -> Vec<Obstacle> {
     (0..count).map(|k| Obstacle::new(&k.to_string(), rng.shape(k % 5), rng.pose(0.8)).unwrap()).collect()
@@ -80,7 +81,7 @@ fn damping_holds_the_security_distance() {
     let robot = Arc::new(iiwa());
     let ball = Obstacle::new("ball", Shape::sphere(0.1).unwrap(), Frame::translation([0.45, 0.1, 0.2])).unwrap();
     let mut scene = Scene::new(robot, seven_capsules(), vec![ball], vec![]).unwrap();
-    let law = Damping::new(0.1, 0.03, 0.3).unwrap();
+    let law = Damper::new(0.1, 0.03, 0.3).unwrap();
     let mut q = [0.0, 0.9, 0.0, -1.2, 0.0, 0.8, 0.0];
     let (mut least, mut active) = (f64::INFINITY, 0);
     for tick in 0..4000 {
@@ -103,7 +104,7 @@ fn damping_holds_the_security_distance() {
         }
     }
     assert!(active > 500 && least > 0.03 - 1e-4, "{active} {least}");
-    assert!(Damping::new(0.1, 0.1, 1.0).is_err() && Damping::new(0.1, f64::NAN, 1.0).is_err() && Damping::new(0.1, 0.0, 0.0).is_err());
+    assert!(Damper::new(0.1, 0.1, 1.0).is_err() && Damper::new(0.1, f64::NAN, 1.0).is_err() && Damper::new(0.1, 0.0, 0.0).is_err());
     let deep = Proximity { distance: -5.0, drift: -0.5, ..Proximity::NONE };
     assert!((law.bound(&deep) - 0.8).abs() < 1e-12);
 }

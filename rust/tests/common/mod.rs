@@ -9,7 +9,7 @@ use redundancy::internals::index::Evaluation;
 use redundancy::internals::linalg::Svd;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::{norm, scale};
-use redundancy::resolve::{OrthogonalSqp, StepStatus};
+use redundancy::qp::Row;
 use redundancy::robot::{Convention, DhTable, Limits, Robot};
 
 /// splitmix64.
@@ -123,12 +123,6 @@ pub fn evaluate<const N: usize>(objective: &Objective, robot: &Robot, q: &[f64],
     redundancy::internals::index::evaluate::<N>(objective, robot, q, order, with_length)
 }
 
-/// [`OrthogonalSqp::step`], likewise.
-#[inline(never)]
-pub fn step<const N: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &[f64; 6], rates: &mut [f64]) -> StepStatus {
-    solver.step::<N>(q, twist, rates)
-}
-
 /// A generator seeded by proptest, which prints the seed of a failure.
 pub fn rngs() -> impl Strategy<Value = u64> {
     any::<u64>().no_shrink()
@@ -212,4 +206,17 @@ pub fn derivative(mut f: impl FnMut(f64) -> Vec<f64>, widest: f64) -> (Vec<f64>,
         last = Some(now);
     }
     best.unwrap()
+}
+
+/// A row that owns its coefficients, in an array of a test's choice.
+#[derive(Debug, Clone, Copy)]
+pub struct OwnRow<const N: usize> {
+    pub a: [f64; N],
+    pub lower: f64,
+    pub upper: f64,
+}
+
+/// The rows as a programme of `n` variables takes them.
+pub fn views<const N: usize>(rows: &[OwnRow<N>], n: usize) -> Vec<Row<'_>> {
+    rows.iter().map(|row| Row { a: &row.a[..n], lower: row.lower, upper: row.upper }).collect()
 }

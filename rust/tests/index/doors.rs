@@ -2,7 +2,9 @@
 
 use redundancy::error::Error;
 use redundancy::index::{Answers, Index, Kind, Objective, Order, Rows, differences, length_of_least_condition};
-use redundancy::kinematics::{first_derivative, forward, jacobian, jacobian_into, jacobian_rate, link_frames, second_derivative};
+use redundancy::kinematics::{
+    first_derivative, forward, forward_into, jacobian, jacobian_into, jacobian_rate, link_frames, second_derivative,
+};
 use redundancy::robot::{Convention, DhTable, Robot};
 
 use crate::common::{Rng, fanuc, iiwa, indices};
@@ -30,6 +32,7 @@ fn wrong_lengths_are_refused() {
             refused(differences(&objective, &robot, q, Order::Value, 1e-4).map(drop));
             refused(jacobian_rate(&robot, &good, q, &mut vec![0.0; 6 * n]));
             let out = &mut vec![0.0; 6 * count.max(n + 1)][..];
+            refused(forward_into(&robot, &good, out));
             refused(jacobian_into(&robot, &good, out));
             refused(first_derivative(&robot, &good, out));
             refused(second_derivative(&robot, &good, out));

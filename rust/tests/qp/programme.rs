@@ -1,10 +1,10 @@
 //! A programme that owns its numbers: how random ones are made, and what answers are judged by.
 
-use crate::common::Rng;
+use crate::common::{OwnRow, Rng, views};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT};
 use nalgebra::{DMatrix, DVector};
-use redundancy::optimize::qp::{self, ActiveSet, Constraint, Place, Problem, Row, Side, Solution};
+use redundancy::qp::{self, Constraint, Place, Side, Solution};
 
 /// Capacity in most of these tests.
 pub const N: usize = 20;
@@ -18,7 +18,7 @@ pub struct Programme {
     pub g: Vector,
     pub lower: Vector,
     pub upper: Vector,
-    pub rows: Vec<Row<N>>,
+    pub rows: Vec<OwnRow<N>>,
 }
 
 /// How a random programme is made.
@@ -41,12 +41,16 @@ pub fn sum(terms: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl Programme {
-    pub fn problem(&self) -> Problem<'_, N> {
-        Problem { n: self.n, h: &self.h, g: &self.g, lower: &self.lower, upper: &self.upper, rows: &self.rows }
+    pub fn solve(&self) -> Solution {
+        self.solve_from(&[])
     }
 
-    pub fn solve(&self) -> Solution<N> {
-        qp::solve(&self.problem(), &ActiveSet::default())
+    pub fn solve_from(&self, start: &[Constraint]) -> Solution {
+        let n = self.n;
+        let h: Vec<f64> = self.h[..n].iter().flat_map(|row| &row[..n]).copied().collect();
+        let rows = views(&self.rows, n);
+        let (g, lower, upper) = (&self.g[..n], &self.lower[..n], &self.upper[..n]);
+        qp::solve(&qp::Programme { h: &h, g, lower, upper, rows: &rows }, start).unwrap()
     }
 
     /// x'Hx/2 + g'x with a random H and no constraint.
@@ -112,7 +116,7 @@ impl Programme {
                 }
             }
             let (lower, upper) = limits(rng, sum((0..n).map(|i| a[i] * inside[i])));
-            out.rows.push(Row { a, lower, upper });
+            out.rows.push(OwnRow { a, lower, upper });
         }
         out.scale(rng, recipe.units, &mut inside);
         (out, inside)
@@ -145,12 +149,12 @@ impl Programme {
         }
     }
 
-    pub fn value(&self, x: &Vector) -> f64 {
+    pub fn value(&self, x: &[f64]) -> f64 {
         sum((0..self.n).map(|i| x[i] * (self.g[i] + 0.5 * sum((0..self.n).map(|j| self.h[i][j] * x[j])))))
     }
 
     /// The largest entry of x in units of the objective's curvature, in the units of each variable.
-    pub fn reach(&self, x: &Vector) -> Vector {
+    pub fn reach(&self, x: &[f64]) -> Vector {
         let unit = |i: usize| self.h[i][i].sqrt();
         let size = (0..self.n).map(|i| x[i].abs() * unit(i)).fold(0.0, f64::max).max(sum((0..self.n).map(|i| self.g[i].abs() / unit(i))));
         std::array::from_fn(|i| if i < self.n { size / unit(i) } else { 0.0 })
@@ -172,7 +176,7 @@ impl Programme {
     }
 
     /// Worst relative residual of feasibility, stationarity (each component by its own terms, or the scale of the column), sign and complementarity.
-    pub fn residual(&self, solution: &Solution<N>) -> Result<f64, String> {
+    pub fn residual(&self, solution: &Solution) -> Result<f64, String> {
         let (n, x) = (self.n, &solution.x);
         let mut worst = 0.0f64;
         let reach = self.reach(x);
@@ -215,10 +219,10 @@ impl Programme {
     }
 
     /// Whether the certificate proves that no point of the size of `reach` satisfies the constraints.
-    pub fn proves_infeasible(&self, solution: &Solution<N>, reach: &Vector) -> Result<(), String> {
+    pub fn proves_infeasible(&self, solution: &Solution, reach: &Vector) -> Result<(), String> {
         let n = self.n;
         let Some((violated, last)) = solution.violated else { return Err("no violated constraint".into()) };
-        let mut all: Vec<(Constraint, f64)> = solution.active.as_slice().iter().copied().zip(solution.multipliers).collect();
+        let mut all: Vec<(Constraint, f64)> = solution.active.iter().copied().zip(solution.multipliers.iter().copied()).collect();
         all.push((violated, last));
         let (mut normal, mut gap, mut parts) = ([0.0; N], 0.0, 0.0);
         for (constraint, multiplier) in all {
@@ -288,8 +292,8 @@ impl Programme {
     }
 }
 
-pub fn garbage(rng: &mut Rng, programme: &Programme) -> ActiveSet<N> {
-    let mut out = ActiveSet::default();
+pub fn garbage(rng: &mut Rng, programme: &Programme) -> Vec<Constraint> {
+    let mut out = Vec::new();
     for _ in 0..rng.below(N + 3) {
         let place = if rng.below(2) == 0 { Place::Bound(rng.below(N + 2)) } else { Place::Row(rng.below(programme.rows.len() + 2)) };
         out.push(Constraint { place, side: if rng.below(2) == 0 { Side::Lower } else { Side::Upper } });
@@ -298,7 +302,7 @@ pub fn garbage(rng: &mut Rng, programme: &Programme) -> ActiveSet<N> {
 }
 
 /// Distance of two points in units of the objective's curvature, relative to their size.
-pub fn apart(programme: &Programme, a: &Vector, b: &Vector) -> f64 {
+pub fn apart(programme: &Programme, a: &[f64], b: &[f64]) -> f64 {
     let unit = |i: usize| programme.h[i][i].sqrt();
     let reach = programme.reach(a);
     let size = reach[0] * unit(0);
@@ -330,10 +334,10 @@ pub fn simple(n: usize) -> Programme {
     out
 }
 
-pub fn row(entries: &[(usize, f64)], lower: f64, upper: f64) -> Row<N> {
+pub fn row(entries: &[(usize, f64)], lower: f64, upper: f64) -> OwnRow<N> {
     let mut a = [0.0; N];
     for (i, value) in entries {
         a[*i] = *value;
     }
-    Row { a, lower, upper }
+    OwnRow { a, lower, upper }
 }

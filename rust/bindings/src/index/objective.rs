@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::errors::{Failure, PyResult};
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_rows, read_vector};
+use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_one_or_many, read_rows, read_vector};
 use crate::index::custom::PyIndex;
 use crate::index::kinds::rows_in;
 use crate::robot::PyRobot;
@@ -115,13 +115,10 @@ impl PyObjective {
         let n = robot.n();
         let size = n + usize::from(with_length);
         let mut buffer = [0.0; MAX_JOINTS];
-        if q.cast::<PyArray1<f64>>().is_err()
-            && let Postures::Many(rows) = read_rows("q", q, n)?
-        {
+        if let Some(rows) = read_one_or_many("q", q, n, &mut buffer)? {
             let parts = self.many(py, robot, &rows, order, with_length)?;
             return Ok(if order == Order::Value { parts.get_item(0)? } else { parts.into_any() });
         }
-        read_vector("q", q, n, &mut buffer)?;
         let q = &buffer[..n];
         let gradient = if order >= Order::Gradient { Some(unsafe_vector(py, size)) } else { None };
         let hessian = if order == Order::Hessian { Some(unsafe_square(py, size)) } else { None };

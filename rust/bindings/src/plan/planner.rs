@@ -15,7 +15,6 @@ use super::settings::PyPlanSettings;
 use crate::array::{Rows, read_rows, vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
-use crate::resolve::solution::status_name;
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 
@@ -47,7 +46,7 @@ impl PyPlannedPath {
             value: vector(py, &plan.value).unbind(),
             position_error: vector(py, &plan.position_error).unbind(),
             axis_error: vector(py, &plan.axis_error).unbind(),
-            status: plan.status.iter().map(|status| status_name(*status)).collect(),
+            status: plan.status.iter().map(|status| status.name()).collect(),
             length: plan.length,
             smoothness: plan.smoothness,
             cost: plan.cost,

@@ -5,25 +5,18 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::errors::PyResult;
-
 use crate::array::{elements, ok, output, read_vector, vector};
 use crate::collision::scene::PyScene;
+use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::quadratic_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
-use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::resolve::quadratic_state::{Shared, State};
+use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
-use redundancy::collision::{Damping, Distances, Found, Proximity};
 use redundancy::error::{Error, check_positive};
-use redundancy::kinematics::forward;
-use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::optimize::qp::Row;
-use redundancy::resolve::{
-    Guard, MAX_NEAR, MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Solution, Tick,
-};
-use redundancy::task::Target;
-use redundancy::with_capacity;
+use redundancy::qp::Row;
+use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, QuadraticSolver, Resolver, Tick};
 
 /// Resolution of the redundancy as a quadratic programme (Dufour and Suleiman 2020).
 ///
@@ -77,94 +70,10 @@ use redundancy::with_capacity;
 #[pyclass(name = "QuadraticProgram", frozen, module = "redundancy._core")]
 pub struct PyQuadraticProgram {
     solver: QuadraticSolver,
-    robot: Py<PyRobot>,
-    task: Py<PyTask>,
-    objective: Option<Py<PyAny>>,
-    guard: Option<(Py<PyScene>, Damping)>,
+    given: Given,
+    guard: Option<(Py<PyScene>, Damper)>,
     /// What is remembered from step to step, and what came of the last one.
     state: Mutex<State>,
-}
-
-#[derive(Clone, Copy)]
-struct State {
-    memory: QuadraticMemory,
-    outcome: Outcome,
-    near: [Proximity; MAX_NEAR],
-    count: usize,
-    own: usize,
-}
-
-impl Default for State {
-    fn default() -> Self {
-        let outcome = Outcome {
-            status: QuadraticStatus::Solved,
-            deviation: [0.0; 6],
-            failed: 0,
-            beyond_deviation: false,
-            conditioned: true,
-            changes: 0,
-        };
-        Self { memory: QuadraticMemory::default(), outcome, near: [Proximity::NONE; MAX_NEAR], count: 0, own: 0 }
-    }
-}
-
-/// A scene that is locked for each question alone: a Python objective between two of them may ask it, or let another thread do so.
-struct Shared<'a>(&'a PyScene);
-
-impl Distances for Shared<'_> {
-    fn near(&mut self, q: &[f64], influence: f64, out: &mut [Proximity]) -> redundancy::error::Result<Found> {
-        self.0.lock().near(q, influence, out)
-    }
-}
-
-/// A step as Python asks for it.
-struct Asked<'a> {
-    q: &'a [f64],
-    twist: Row6,
-    stiffness: f64,
-    rows: &'a [f64],
-    lower: &'a [f64],
-    upper: &'a [f64],
-}
-
-fn step<const C: usize>(
-    this: &PyQuadraticProgram,
-    asked: &Asked<'_>,
-    state: &mut State,
-    rates: &mut [f64],
-) -> redundancy::error::Result<()> {
-    let n = asked.q.len();
-    let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_OWN_ROWS];
-    for (k, row) in rows[..asked.lower.len()].iter_mut().enumerate() {
-        row.a[..n].copy_from_slice(&asked.rows[k * n..(k + 1) * n]);
-        (row.lower, row.upper) = (asked.lower[k], asked.upper[k]);
-    }
-    state.own = asked.lower.len();
-    let tick = Tick { q: asked.q, twist: asked.twist, stiffness: asked.stiffness, rows: &rows[..state.own] };
-    state.count = 0;
-    state.outcome = match &this.guard {
-        None => this.solver.step::<C>(&tick, &mut state.memory, rates),
-        Some((scene, damping)) => {
-            let mut scene = Shared(scene.get());
-            let mut guard = Guard::new(&mut scene, *damping);
-            let outcome = guard.step::<C>(&this.solver, &tick, &mut state.memory, rates)?;
-            (state.near, state.count) = (guard.near, guard.count);
-            outcome
-        }
-    };
-    Ok(())
-}
-
-fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q: &[f64]) -> Solution {
-    solver.solve::<C>(target, q)
-}
-
-fn best<const C: usize>(solver: &QuadraticSolver, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
-    solver.solve_best::<C>(target, starts, seed)
-}
-
-fn follow<const C: usize>(solver: &QuadraticSolver, targets: &[Target], q: &[f64]) -> Vec<Solution> {
-    solver.follow::<C>(targets, q)
 }
 
 impl PyQuadraticProgram {
@@ -173,17 +82,15 @@ impl PyQuadraticProgram {
         self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    fn check(&self, py: Python<'_>) -> PyResult<()> {
-        match self.objective.as_ref().and_then(|objective| objective.bind(py).cast::<PyObjective>().ok()) {
-            Some(objective) => objective.get().check(),
-            None => Ok(()),
+    /// One tick on a state, which it leaves where it lies.
+    fn tick(&self, tick: &Tick<'_>, state: &mut State, rates: &mut [f64]) -> redundancy::error::Result<Outcome> {
+        match (&self.guard, &mut state.near) {
+            (Some((scene, damper)), Some(near)) => {
+                let mut guard = Guard { scene: &mut Shared(scene.get()), damper: *damper, near };
+                guard.step(&self.solver, tick, &mut state.memory, rates)
+            }
+            _ => Ok(self.solver.step(tick, &mut state.memory, rates)),
         }
-    }
-
-    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
-        let mut buffer = [0.0; MAX_JOINTS];
-        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
-        Ok(buffer)
     }
 }
 
@@ -194,6 +101,7 @@ impl PyQuadraticProgram {
                         stiffness=1e4, largest_deviation=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
                         security=0.02, damping=0.5, tolerance=1e-3))]
     fn new(
+        py: Python<'_>,
         robot: Py<PyRobot>,
         task: Py<PyTask>,
         objective: Option<&Bound<'_, PyAny>>,
@@ -230,36 +138,31 @@ impl PyQuadraticProgram {
                 if !scene.get().lock().robot().is_same_chain(&core) {
                     return Err(Error::value("scene", "that of another robot", "bodies of this robot").into());
                 }
-                Some((scene, ok(Damping::new(influence, security, damping))?))
+                Some((scene, ok(Damper::new(influence, security, damping))?))
             }
         };
         let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
-        Ok(Self {
-            solver,
-            robot,
-            task,
-            objective: objective.map(|objective| objective.clone().unbind()),
-            guard,
-            state: Mutex::new(State::default()),
-        })
+        let state = Mutex::new(State::new(guard.is_some()));
+        let given = Given::new(py, robot, task, objective.map(|objective| objective.clone().unbind()));
+        Ok(Self { solver, given, guard, state })
     }
 
     /// The robot.
     #[getter]
     fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
-        self.robot.clone_ref(py)
+        self.given.robot.clone_ref(py)
     }
 
     /// The task.
     #[getter]
     fn task(&self, py: Python<'_>) -> Py<PyTask> {
-        self.task.clone_ref(py)
+        self.given.task.clone_ref(py)
     }
 
     /// The objective, if any.
     #[getter]
     fn objective(&self, py: Python<'_>) -> Option<Py<PyAny>> {
-        self.objective.as_ref().map(|objective| objective.clone_ref(py))
+        self.given.objective.as_ref().map(|objective| objective.clone_ref(py))
     }
 
     /// The scene, if any.
@@ -330,22 +233,35 @@ impl PyQuadraticProgram {
         upper: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
-        let q = self.posture("q", q)?;
+        let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let stiffness = ok(stiffness.map_or(Ok(self.solver.settings().stiffness), |value| check_positive("stiffness", value)))?;
         let (rows, lower, upper) = read_constraints(rows, lower, upper, n)?;
-        let before = rates.map(|rates| self.posture("rates", rates)).transpose()?;
+        let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
         let array = output(py, out, [n])?;
-        // Taken out, not held: a Python objective may let another thread in.
-        let mut state = *self.state();
-        if before.is_some() {
-            state.memory.rates = before;
+        let rows: Vec<Row<'_>> = lower
+            .iter()
+            .zip(&upper)
+            .enumerate()
+            .map(|(k, (lower, upper))| Row { a: &rows[k * n..(k + 1) * n], lower: *lower, upper: *upper })
+            .collect();
+        let tick = Tick { q: &q[..n], twist: desired, stiffness, rows: &rows };
+        let run = |state: &mut State| {
+            state.memory.rates = before.or(state.memory.rates);
+            state.outcome = self.tick(&tick, state, elements(&array))?;
+            state.own = rows.len();
+            Ok(())
+        };
+        if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut state = self.state().clone();
+            ok(run(&mut state))?;
+            *self.state() = state;
+        } else {
+            ok(run(&mut self.state()))?;
         }
-        let asked = Asked { q: &q[..n], twist: desired, stiffness, rows: &rows, lower: &lower, upper: &upper };
-        ok(with_capacity!(n, step(self, &asked, &mut state, elements(&array))))?;
-        *self.state() = state;
-        self.check(py)?;
+        self.given.check(py)?;
         Ok(array)
     }
 
@@ -365,12 +281,10 @@ impl PyQuadraticProgram {
     ///     [omega; v] in the base frame [rad/s, m/s].
     fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let target = solution::target(self.solver.task(), target)?;
-        let q = self.posture("q", q)?;
-        let n = self.solver.robot().n();
-        let tool = ok(forward(self.solver.robot(), &q[..n]))?;
-        let ([a, b, c], [x, y, z]) = self.solver.task().error(&tool, &target);
+        let q = posture(self.solver.robot(), "q", q)?;
         let dt = self.solver.settings().dt;
-        Ok(vector(py, &[a, b, c, x, y, z].map(|error| error / dt)))
+        let error = self.solver.error(&target, &q[..self.solver.robot().n()]);
+        Ok(vector(py, &error.map(|error| error / dt)))
     }
 
     /// How the last `step` ended: "solved", "relaxed" (the task gave way to rows, obstacles or the worth of the objective), "limited" (to limits of
@@ -378,13 +292,7 @@ impl PyQuadraticProgram {
     /// form, which then goes without the objective).
     #[getter]
     fn status(&self) -> &'static str {
-        match self.state().outcome.status {
-            QuadraticStatus::Solved => "solved",
-            QuadraticStatus::Relaxed => "relaxed",
-            QuadraticStatus::Limited => "limited",
-            QuadraticStatus::Infeasible => "infeasible",
-            QuadraticStatus::NotConvex => "not convex",
-        }
+        self.state().outcome.status.name()
     }
 
     /// The part of the twist that the last `step` did not follow, [omega; v] (6,) [rad/s, m/s].
@@ -396,21 +304,23 @@ impl PyQuadraticProgram {
     /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, or "largest_deviation".
     #[getter]
     fn failed(&self) -> Vec<String> {
-        let state = *self.state();
+        let (own, outcome, pairs) = {
+            let state = self.state();
+            (state.own, state.outcome, state.pairs().iter().map(|pair| pair.pair).collect::<Vec<_>>())
+        };
         let names = self.guard.as_ref().map(|(scene, _)| scene.get().lock());
         let name = |k: usize| match &names {
-            Some(scene) if k >= state.own => PyScene::name_of(scene, state.near[k - state.own].pair).join(" and "),
+            Some(scene) if k >= own => PyScene::name_of(scene, pairs[k - own]).join(" and "),
             _ => format!("row {k}"),
         };
-        let rows = (0..state.own + state.count).filter(|k| state.outcome.failed >> k & 1 == 1).map(name);
-        rows.chain(state.outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
+        let rows = (0..own + pairs.len()).filter(|k| outcome.failed >> k & 1 == 1).map(name);
+        rows.chain(outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
     }
 
     /// Smallest distance between the pairs that were looked at in the last `step`, at the posture it was given [m]; infinite where none was near.
     #[getter]
     fn distance(&self) -> f64 {
-        let state = self.state();
-        state.near[..state.count].iter().map(|pair| pair.distance).fold(f64::INFINITY, f64::min)
+        self.state().pairs().iter().map(|pair| pair.distance).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether the objective could be evaluated in the last `step`.
@@ -427,7 +337,7 @@ impl PyQuadraticProgram {
 
     /// Forgets the rates of the tick before, what BFGS knows, and the active constraints.
     fn reset(&self) {
-        *self.state() = State::default();
+        *self.state() = State::new(self.guard.is_some());
     }
 
     /// A posture on a target: steps with the objective, without obstacles and speed limits, then Newton onto the target.
@@ -460,19 +370,8 @@ impl PyQuadraticProgram {
         q0: Option<&Bound<'py, PyAny>>,
         starts: usize,
         seed: u64,
-    ) -> PyResult<Solved<'py>> {
-        let target = solution::target(self.solver.task(), target)?;
-        let n = self.solver.robot().n();
-        let solver = &self.solver;
-        let solution = match q0 {
-            Some(q0) => {
-                let q = self.posture("q0", q0)?;
-                Some(py.detach(|| with_capacity!(n, solve(solver, &target, &q[..n]))))
-            }
-            None => py.detach(|| with_capacity!(n, best(solver, &target, starts, seed))),
-        };
-        self.check(py)?;
-        Ok(solved(py, solution, n))
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.given.solve(py, &self.solver, target, q0, starts, seed)
     }
 
     /// Along some targets, each solved from the posture of the one before.
@@ -494,13 +393,8 @@ impl PyQuadraticProgram {
     ///     As for `solve`.
     /// iterations : int
     ///     Steps altogether.
-    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
-        let targets = solution::targets(self.solver.task(), targets)?;
-        let q = self.posture("q0", q0)?;
-        let n = self.solver.robot().n();
-        let solver = &self.solver;
-        let points = py.detach(|| with_capacity!(n, follow(solver, &targets, &q[..n])));
-        self.check(py)?;
-        followed(py, &points, n)
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (targets, q) = solution::path(&self.solver, targets, q0)?;
+        Ok(self.given.follow(py, &self.solver, &targets, &q, &mut Memory::default())?.0)
     }
 }

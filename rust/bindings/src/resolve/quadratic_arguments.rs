@@ -7,17 +7,14 @@ use crate::errors::{Failure, PyResult};
 use crate::array::{read_any, read_list};
 use redundancy::error::Error;
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::resolve::{Derivatives, Form, MAX_OWN_ROWS};
-
-/// Step of derivatives by differences [rad or m].
-const DIFFERENCE: f64 = 1e-4;
+use redundancy::resolve::{Derivatives, IndexForm, MAX_OWN_ROWS};
 
 /// How an index enters.
-pub fn read_form(name: &str) -> PyResult<Form> {
+pub fn read_form(name: &str) -> PyResult<IndexForm> {
     match name {
-        "curvature" => Ok(Form::Curvature),
-        "printed" => Ok(Form::Printed),
-        "equality" => Ok(Form::Equality),
+        "curvature" => Ok(IndexForm::Curvature),
+        "printed" => Ok(IndexForm::Printed),
+        "equality" => Ok(IndexForm::Equality),
         other => Err(Error::value("form", format!("{other:?}"), "'curvature', 'equality' or 'printed'").into()),
     }
 }
@@ -27,7 +24,7 @@ pub fn read_derivatives(name: &str) -> PyResult<Derivatives> {
     match name {
         "exact" => Ok(Derivatives::Exact),
         "bfgs" => Ok(Derivatives::Bfgs),
-        "differences" => Ok(Derivatives::Differences(DIFFERENCE)),
+        "differences" => Ok(Derivatives::DIFFERENCES),
         other => Err(Error::value("derivatives", format!("{other:?}"), "'exact', 'bfgs' or 'differences'").into()),
     }
 }

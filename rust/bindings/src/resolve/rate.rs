@@ -6,67 +6,37 @@ use std::sync::{Mutex, MutexGuard};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::errors::PyResult;
-
 use crate::array::{elements, ok, output, read_list, read_vector};
+use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::secondary::{scaling, secondary};
-use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
-use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Solution};
-use redundancy::task::Target;
-use redundancy::with_capacity;
+use redundancy::linalg::MAX_JOINTS;
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling, StepStatus};
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
 #[pyclass(name = "RateSolver", subclass, frozen, module = "redundancy._core")]
 pub struct PyRateSolver {
     solver: RateSolver,
-    robot: Py<PyRobot>,
-    task: Py<PyTask>,
-    objective: Option<Py<PyAny>>,
+    given: Given,
     scaling: Scaling,
+    /// What is remembered from step to step and from chunk to chunk, and the posture at the end of the last chunk.
     memory: Mutex<(Memory, [f64; MAX_JOINTS])>,
+    /// How the last step came about, by its number.
     last: AtomicU8,
 }
 
-fn rate<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &mut Memory, out: &mut [f64]) -> RateStatus {
-    solver.step::<C>(q, twist, memory, out)
-}
-
-fn solve<const C: usize>(solver: &RateSolver, target: &Target, q: &[f64]) -> Solution {
-    solver.solve::<C>(target, q, &mut Memory::default())
-}
-
-fn best<const C: usize>(solver: &RateSolver, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
-    solver.solve_best::<C>(target, starts, seed)
-}
-
-fn follow<const C: usize>(solver: &RateSolver, targets: &[Target], q: &[f64], memory: &mut Memory) -> Vec<Solution> {
-    let mut points = Vec::with_capacity(targets.len());
-    solver.follow::<C>(targets, q, memory, |point| points.push(*point));
-    points
-}
-
 impl PyRateSolver {
-    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
-        let mut buffer = [0.0; MAX_JOINTS];
-        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
-        Ok(buffer)
+    fn of(solver: RateSolver, given: Given, scaling: Scaling) -> Self {
+        Self { solver, given, scaling, memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])), last: AtomicU8::new(0) }
     }
 
     fn remembered(&self) -> MutexGuard<'_, (Memory, [f64; MAX_JOINTS])> {
         // What a panic of another thread left is still a posture.
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
-
-    fn check(&self, py: Python<'_>) -> PyResult<()> {
-        match self.objective.as_ref().and_then(|objective| objective.bind(py).cast::<PyObjective>().ok()) {
-            Some(objective) => objective.get().check(),
-            None => Ok(()),
-        }
     }
 }
 
@@ -75,19 +45,19 @@ impl PyRateSolver {
     /// The robot.
     #[getter]
     fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
-        self.robot.clone_ref(py)
+        self.given.robot.clone_ref(py)
     }
 
     /// The task that is followed: `Task.full()` for `ResolvedRate`.
     #[getter]
     fn task(&self, py: Python<'_>) -> Py<PyTask> {
-        self.task.clone_ref(py)
+        self.given.task.clone_ref(py)
     }
 
     /// The secondary task: an Objective, a PosturePull or None.
     #[getter]
     fn objective(&self, py: Python<'_>) -> Option<Py<PyAny>> {
-        self.objective.as_ref().map(|objective| objective.clone_ref(py))
+        self.given.objective.as_ref().map(|objective| objective.clone_ref(py))
     }
 
     /// Length that weighs angles against distances [m].
@@ -129,15 +99,21 @@ impl PyRateSolver {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
-        let q = self.posture("q", q)?;
+        let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let array = output(py, out, [n])?;
-        // Taken out, not held: a Python objective may let another thread in.
-        let mut memory = self.remembered().0;
-        let status = with_capacity!(self.solver.columns(), rate(&self.solver, &q[..n], &desired, &mut memory, elements(&array)));
-        self.remembered().0 = memory;
-        self.check(py)?;
+        let step = |memory: &mut Memory| self.solver.step(&q[..n], &desired, memory, elements(&array));
+        let status = if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut memory = self.remembered().0;
+            let status = step(&mut memory);
+            self.remembered().0 = memory;
+            status
+        } else {
+            step(&mut self.remembered().0)
+        };
+        self.given.check(py)?;
         self.last.store(status as u8, Ordering::Relaxed);
         Ok(array)
     }
@@ -145,7 +121,7 @@ impl PyRateSolver {
     /// How the last `step` came about: "regular", "damped", "task only" (the secondary task could not be evaluated) or "limited".
     #[getter]
     fn step_status(&self) -> &'static str {
-        ["regular", "damped", "task only", "limited"][usize::from(self.last.load(Ordering::Relaxed)) & 3]
+        StepStatus::ALL[usize::from(self.last.load(Ordering::Relaxed))].name()
     }
 
     /// Forgets the posture that a `PosturePull` remembers.
@@ -183,19 +159,8 @@ impl PyRateSolver {
         q0: Option<&Bound<'py, PyAny>>,
         starts: usize,
         seed: u64,
-    ) -> PyResult<Solved<'py>> {
-        let target = solution::target(self.solver.task(), target)?;
-        let (n, columns) = (self.solver.robot().n(), self.solver.columns());
-        let solver = &self.solver;
-        let solution = match q0 {
-            Some(q0) => {
-                let q = self.posture("q0", q0)?;
-                Some(py.detach(|| with_capacity!(columns, solve(solver, &target, &q[..n]))))
-            }
-            None => py.detach(|| with_capacity!(columns, best(solver, &target, starts, seed))),
-        };
-        self.check(py)?;
-        Ok(solved(py, solution, n))
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.given.solve(py, &self.solver, target, q0, starts, seed)
     }
 
     /// Along some targets, each solved from the posture of the one before.
@@ -217,34 +182,24 @@ impl PyRateSolver {
     ///     As for `solve`.
     /// iterations : int
     ///     Steps altogether.
-    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
-        let targets = solution::targets(self.solver.task(), targets)?;
-        let q = self.posture("q0", q0)?;
-        let (n, columns) = (self.solver.robot().n(), self.solver.columns());
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (targets, q) = solution::path(&self.solver, targets, q0)?;
+        let n = self.solver.robot().n();
         let (mut memory, end) = *self.remembered();
         if end[..n] != q[..n] {
             memory = Memory::default();
         }
-        let solver = &self.solver;
-        let points = py.detach(|| with_capacity!(columns, follow(solver, &targets, &q[..n], &mut memory)));
-        *self.remembered() = (memory, points.last().map_or(q, |point| point.q));
-        self.check(py)?;
-        followed(py, &points, n)
+        let (found, end) = self.given.follow(py, &self.solver, &targets, &q, &mut memory)?;
+        *self.remembered() = (memory, end);
+        Ok(found)
     }
 
     /// The same solver with another secondary task: an Objective, a PosturePull or None.
     #[pyo3(signature = (objective=None))]
     fn with_objective(&self, py: Python<'_>, objective: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let solver = ok(self.solver.with_secondary(secondary(objective, self.solver.robot(), self.scaling)?))?;
-        Ok(Self {
-            solver,
-            robot: self.robot.clone_ref(py),
-            task: self.task.clone_ref(py),
-            objective: objective.map(|objective| objective.clone().unbind()),
-            scaling: self.scaling,
-            memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])),
-            last: AtomicU8::new(0),
-        })
+        let given = self.given.with_objective(py, objective.map(|objective| objective.clone().unbind()));
+        Ok(Self::of(solver, given, self.scaling))
     }
 }
 
@@ -267,15 +222,8 @@ fn make(py: Python<'_>, method: Method, given: Arguments<'_, '_>) -> PyResult<Py
     let weights = given.weights.map(|weights| read_list("weights", weights)).transpose()?;
     let solver = ok(RateSolver::new(core, given.task.get().task, method, secondary, weights.as_deref(), settings))?;
     let task = if *solver.task() == given.task.get().task { given.task } else { Py::new(py, PyTask { task: *solver.task() })? };
-    Ok(PyRateSolver {
-        solver,
-        robot: given.robot,
-        task,
-        objective: given.objective.map(|objective| objective.clone().unbind()),
-        scaling,
-        memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])),
-        last: AtomicU8::new(0),
-    })
+    let objective = given.objective.map(|objective| objective.clone().unbind());
+    Ok(PyRateSolver::of(solver, Given::new(py, given.robot, task, objective), scaling))
 }
 
 macro_rules! methods {

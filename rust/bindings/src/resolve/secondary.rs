@@ -87,11 +87,7 @@ impl PyPosturePull {
 
 impl PyPosturePull {
     fn pull(&self, robot: &Robot) -> PyResult<PosturePull> {
-        let n = robot.n();
-        let none = vec![0.0; n];
-        let ranges = robot.middle();
-        let (k, middle) = (self.k.as_ref().unwrap_or(&none), self.middle.as_ref().unwrap_or(&ranges));
-        ok(PosturePull::new(robot, &self.w, k, middle, self.threshold, self.length))
+        ok(PosturePull::new(robot, &self.w, self.k.as_deref(), self.middle.as_deref(), self.threshold, self.length))
     }
 }
 

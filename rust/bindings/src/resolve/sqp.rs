@@ -5,19 +5,14 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::errors::PyResult;
-
 use crate::array::{elements, ok, output, read_vector, vector};
+use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
-use crate::resolve::solution::{self, Followed, Solved, followed, solved};
+use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
-use redundancy::kinematics::forward;
-use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{OrthogonalSqp, Settings, Solution, StepStatus};
-use redundancy::task::Target;
-use redundancy::with_capacity;
+use redundancy::resolve::{Memory, OrthogonalSqp, Resolver, SqpSettings, StepStatus};
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
 ///
@@ -51,36 +46,9 @@ use redundancy::with_capacity;
 #[pyclass(name = "OrthogonalSQP", frozen, module = "redundancy._core")]
 pub struct PyOrthogonalSqp {
     solver: OrthogonalSqp,
-    robot: Py<PyRobot>,
-    task: Py<PyTask>,
-    objective: Py<PyObjective>,
+    given: Given,
+    /// How the last step came about, by its number.
     last: AtomicU8,
-}
-
-fn rate<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, out: &mut [f64]) -> StepStatus {
-    solver.step::<C>(q, twist, out)
-}
-
-fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q: &[f64]) -> Solution {
-    solver.solve::<C>(target, q)
-}
-
-fn best<const C: usize>(solver: &OrthogonalSqp, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
-    solver.solve_best::<C>(target, starts, seed)
-}
-
-fn follow<const C: usize>(solver: &OrthogonalSqp, targets: &[Target], q: &[f64]) -> Vec<Solution> {
-    let mut points = Vec::with_capacity(targets.len());
-    solver.follow::<C>(targets, q, |_, point| points.push(*point));
-    points
-}
-
-impl PyOrthogonalSqp {
-    fn posture(&self, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64; MAX_JOINTS]> {
-        let mut buffer = [0.0; MAX_JOINTS];
-        read_vector(name, q, self.solver.robot().n(), &mut buffer)?;
-        Ok(buffer)
-    }
 }
 
 #[pymethods]
@@ -107,27 +75,28 @@ impl PyOrthogonalSqp {
         };
         let terms = &objective.bind(py).get().objective;
         let length = length.or_else(|| terms.length()).unwrap_or(1.0);
-        let settings = Settings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
+        let settings = SqpSettings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
         let solver = OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings);
-        Ok(Self { solver: ok(solver)?, robot, task, objective, last: AtomicU8::new(0) })
+        let given = Given::new(py, robot, task, Some(objective.into_any()));
+        Ok(Self { solver: ok(solver)?, given, last: AtomicU8::new(0) })
     }
 
     /// The robot.
     #[getter]
     fn robot(&self, py: Python<'_>) -> Py<PyRobot> {
-        self.robot.clone_ref(py)
+        self.given.robot.clone_ref(py)
     }
 
     /// The task.
     #[getter]
     fn task(&self, py: Python<'_>) -> Py<PyTask> {
-        self.task.clone_ref(py)
+        self.given.task.clone_ref(py)
     }
 
     /// The objective.
     #[getter]
-    fn objective(&self, py: Python<'_>) -> Py<PyObjective> {
-        self.objective.clone_ref(py)
+    fn objective(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.given.objective.as_ref().map(|objective| objective.clone_ref(py))
     }
 
     /// Distance of the tool's two points [m].
@@ -166,12 +135,12 @@ impl PyOrthogonalSqp {
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
-        let q = self.posture("q", q)?;
+        let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let array = output(py, out, [n])?;
-        let status = with_capacity!(n, rate(&self.solver, &q[..n], &desired, elements(&array)));
-        self.objective.get().check()?;
+        let status = self.solver.step(&q[..n], &desired, elements(&array));
+        self.given.check(py)?;
         self.last.store(status as u8, Ordering::Relaxed);
         Ok(array)
     }
@@ -179,7 +148,7 @@ impl PyOrthogonalSqp {
     /// How the last `step` came about: "regular", "damped", "task only" (the objective has no derivatives there) or "limited".
     #[getter]
     fn step_status(&self) -> &'static str {
-        ["regular", "damped", "task only", "limited"][usize::from(self.last.load(Ordering::Relaxed)) & 3]
+        StepStatus::ALL[usize::from(self.last.load(Ordering::Relaxed))].name()
     }
 
     /// The small motion [rotation vector; translation] from the tool at ``q`` to the target, shape (6,) [rad, m] (4.34).
@@ -191,11 +160,9 @@ impl PyOrthogonalSqp {
     /// target : array_like
     ///     As for `solve`.
     fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let q = self.posture("q", q)?;
+        let q = posture(self.solver.robot(), "q", q)?;
         let target = solution::target(self.solver.task(), target)?;
-        let n = self.solver.robot().n();
-        let ([a, b, c], [x, y, z]) = self.solver.task().error(&ok(forward(self.solver.robot(), &q[..n]))?, &target);
-        Ok(vector(py, &[a, b, c, x, y, z]))
+        Ok(vector(py, &self.solver.error(&target, &q[..self.solver.robot().n()])))
     }
 
     /// A posture on a target at a minimum of the objective.
@@ -227,19 +194,8 @@ impl PyOrthogonalSqp {
         q0: Option<&Bound<'py, PyAny>>,
         starts: usize,
         seed: u64,
-    ) -> PyResult<Solved<'py>> {
-        let target = solution::target(self.solver.task(), target)?;
-        let n = self.solver.robot().n();
-        let solver = &self.solver;
-        let solution = match q0 {
-            Some(q0) => {
-                let q = self.posture("q0", q0)?;
-                Some(py.detach(|| with_capacity!(n, solve(solver, &target, &q[..n]))))
-            }
-            None => py.detach(|| with_capacity!(n, best(solver, &target, starts, seed))),
-        };
-        self.objective.get().check()?;
-        Ok(solved(py, solution, n))
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.given.solve(py, &self.solver, target, q0, starts, seed)
     }
 
     /// Along some targets, each solved from the posture of the one before.
@@ -261,13 +217,8 @@ impl PyOrthogonalSqp {
     ///     As for `solve`.
     /// iterations : int
     ///     Steps altogether.
-    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Followed<'py>> {
-        let targets = solution::targets(self.solver.task(), targets)?;
-        let q = self.posture("q0", q0)?;
-        let n = self.solver.robot().n();
-        let solver = &self.solver;
-        let points = py.detach(|| with_capacity!(n, follow(solver, &targets, &q[..n])));
-        self.objective.get().check()?;
-        followed(py, &points, n)
+    fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (targets, q) = solution::path(&self.solver, targets, q0)?;
+        Ok(self.given.follow(py, &self.solver, &targets, &q, &mut Memory::default())?.0)
     }
 }

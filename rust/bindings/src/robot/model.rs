@@ -12,11 +12,10 @@ use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
-use crate::robot::inverse::{self, Wanted, read_fixed};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
-use redundancy::kinematics::{first_derivative, forward, jacobian_into, jacobian_rate, link_frames, second_derivative};
+use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{RandomPostures, Robot, parse_joints};
 
@@ -228,11 +227,7 @@ impl PyRobot {
     #[pyo3(signature = (q, out=None))]
     fn fk<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, out: Maybe<'_, 'py>) -> PyResult<Array<'py>> {
         let robot = &*self.robot;
-        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| {
-            let tool = forward(robot, q)?;
-            out.copy_from_slice(&tool.matrix());
-            Ok(())
-        })
+        map_rows::<2, 3>(py, robot.n(), q, out, [4, 4], |q, out| forward_into(robot, q, out))
     }
 
     /// Geometric Jacobian, shape (6, n) (batch: (N, 6, n)): rows [omega; v], angular first, at the tool point, in the base frame

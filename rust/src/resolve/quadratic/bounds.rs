@@ -2,6 +2,9 @@
 
 use crate::robot::Limits;
 
+/// Largest motion of a joint in one step of a search [rad or m].
+const LARGEST_MOTION: f64 = 0.3;
+
 /// Least and greatest rate of joint `i` at `q`, never empty. `before` is its rate in the tick before, where accelerations count.
 ///
 /// A joint never crosses a position limit within the tick; with a limit of acceleration it keeps the room that it needs to come to rest. Beyond a
@@ -17,6 +20,12 @@ pub(super) fn rate_interval(limits: &Limits, i: usize, q: f64, dt: f64, before: 
         }
         _ => (low, high),
     }
+}
+
+/// Least and greatest motion of joint `i` in one step of a search: as far as its position limits allow, if they hold, and never far.
+pub(super) fn motion_interval(limits: Option<&Limits>, i: usize, q: f64) -> (f64, f64) {
+    let (low, high) = limits.map_or((f64::INFINITY, f64::INFINITY), |limits| (q - limits.q_min[i], limits.q_max[i] - q));
+    (-low.clamp(0.0, LARGEST_MOTION), high.clamp(0.0, LARGEST_MOTION))
 }
 
 /// The greatest rate towards a limit that is `room` away: `v dt + v^2 / 2a <= room`, so that ticks of the greatest deceleration come to rest in

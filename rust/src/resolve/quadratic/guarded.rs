@@ -1,10 +1,12 @@
 //! A tick among obstacles: no pair comes nearer than its security distance within it.
 
-use super::solver::{MAX_OWN_ROWS, MAX_ROWS, Outcome, QuadraticMemory, QuadraticSolver, QuadraticStatus, Tick};
-use crate::collision::{Damping, Distances, Proximity};
+use super::damper::Damper;
+use super::settings::{Outcome, QuadraticMemory, QuadraticStatus, Tick};
+use super::solver::{MAX_OWN_ROWS, MAX_ROWS, QuadraticSolver};
+use crate::collision::{Distances, Proximity};
 use crate::error::Result;
 use crate::linalg::MAX_JOINTS;
-use crate::optimize::qp::Row;
+use crate::qp::Row;
 
 /// Pairs that are looked at in a tick, the nearest ones.
 pub const MAX_NEAR: usize = 24;
@@ -13,75 +15,102 @@ const TIGHTENINGS: usize = 3;
 /// How far above the security distance ticks end at least [m]: between them, on a chord of the motion, a distance can be a little less.
 const MARGIN: f64 = 1e-6;
 
+/// The pairs that were near in the last tick, and room for those that are near at its end. Kept from tick to tick, so that none begins with
+/// clearing it.
+#[derive(Debug, Clone)]
+pub struct Near {
+    pairs: [Proximity; MAX_NEAR],
+    count: usize,
+    ahead: [Proximity; MAX_NEAR],
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        Self { pairs: [Proximity::NONE; MAX_NEAR], count: 0, ahead: [Proximity::NONE; MAX_NEAR] }
+    }
+}
+
+impl Near {
+    /// The pairs, nearest first.
+    pub fn pairs(&self) -> &[Proximity] {
+        &self.pairs[..self.count]
+    }
+}
+
 /// Obstacles, and the law that keeps them away.
 pub struct Guard<'a, D: Distances> {
     /// The robot's bodies and the obstacles.
     pub scene: &'a mut D,
     /// How fast distances may fall.
-    pub damping: Damping,
-    /// The pairs that were near in the last tick.
-    pub near: [Proximity; MAX_NEAR],
-    /// How many of them.
-    pub count: usize,
+    pub damper: Damper,
+    /// What was near.
+    pub near: &'a mut Near,
 }
 
-impl<'a, D: Distances> Guard<'a, D> {
-    /// Nothing seen yet.
-    pub fn new(scene: &'a mut D, damping: Damping) -> Self {
-        Self { scene, damping, near: [Proximity::NONE; MAX_NEAR], count: 0 }
-    }
-
+impl<D: Distances> Guard<'_, D> {
     /// As [`QuadraticSolver::step`], with one row a near pair after those of the tick (eq. A.1). The distances at the end of the tick are
     /// computed, and rows tightened where the curvature of the motion would bring a pair nearer than its security distance.
-    pub fn step<const C: usize>(
-        &mut self,
-        solver: &QuadraticSolver,
-        tick: &Tick<'_, C>,
-        memory: &mut QuadraticMemory,
-        rates: &mut [f64],
-    ) -> Result<Outcome> {
-        self.count = self.scene.near(tick.q, self.damping.influence(), &mut self.near)?.written;
-        let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_ROWS];
+    ///
+    /// No allocation, but of hulls that overlap for the first time.
+    pub fn step(&mut self, solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Result<Outcome> {
+        let Near { pairs, count, ahead } = &mut *self.near;
+        *count = 0;
+        *count = self.scene.near(tick.q, self.damper.influence(), pairs)?.written;
+        let pairs = &pairs[..*count];
+        let mut rows = [Row { a: &[], lower: 0.0, upper: f64::INFINITY }; MAX_OWN_ROWS + MAX_NEAR];
         let own = tick.rows.len().min(MAX_OWN_ROWS);
         rows[..own].copy_from_slice(&tick.rows[..own]);
-        for (row, pair) in rows[own..].iter_mut().zip(&self.near[..self.count]) {
-            row.a.copy_from_slice(&pair.row[..C.min(MAX_JOINTS)]);
-            row.lower = self.damping.bound(pair);
+        for (row, pair) in rows[own..].iter_mut().zip(pairs) {
+            (row.a, row.lower) = (&pair.row, self.damper.bound(pair));
         }
-        let before = *memory;
+        let rows = &mut rows[..own + pairs.len()];
+        let before = memory.rates;
         let mut left = TIGHTENINGS;
         loop {
-            let outcome = solver.step(&Tick { rows: &rows[..own + self.count], ..*tick }, memory, rates);
-            let tightened = self.tighten(tick.q, rates, solver.settings().dt, &mut rows[own..own + self.count])?;
+            let outcome = solver.step(&Tick { rows: &*rows, ..*tick }, memory, rates);
+            let there = Self::at_the_end(self.scene, self.damper, tick.q, rates, solver.settings().dt, ahead)?;
+            let tightened = tighten(self.damper, pairs, there, solver.settings().dt, &mut rows[own..]);
             if !tightened || left == 0 || outcome.status == QuadraticStatus::Infeasible {
                 return Ok(outcome);
             }
             left -= 1;
-            memory.rates = before.rates;
+            memory.rates = before;
         }
     }
 
-    /// Raises the bounds of pairs that would be too near at the end of the tick; whether there are any.
-    fn tighten<const C: usize>(&mut self, q: &[f64], rates: &[f64], dt: f64, rows: &mut [Row<C>]) -> Result<bool> {
-        let mut ahead = [0.0; MAX_JOINTS];
+    /// What is near at the end of a tick.
+    fn at_the_end<'n>(
+        scene: &mut D,
+        damper: Damper,
+        q: &[f64],
+        rates: &[f64],
+        dt: f64,
+        room: &'n mut [Proximity; MAX_NEAR],
+    ) -> Result<&'n [Proximity]> {
+        let mut there = [0.0; MAX_JOINTS];
+        // Of the right number of joints: the scene has seen to that.
         for i in 0..q.len() {
-            ahead[i] = q[i] + dt * rates[i];
+            there[i] = q[i] + dt * rates[i];
         }
-        let mut there = [Proximity::NONE; MAX_NEAR];
-        let found = self.scene.near(&ahead[..q.len()], self.damping.influence(), &mut there)?.written;
-        let mut tightened = false;
-        for next in &there[..found] {
-            let Some(k) = self.near[..self.count].iter().position(|pair| pair.pair == next.pair) else { continue };
-            // What is too near already has only to keep its distance.
-            let floor = (self.damping.security() + MARGIN).min(self.near[k].distance);
-            let short = floor - (next.distance + dt * next.drift);
-            if short > 0.0 {
-                rows[k].lower += short / dt;
-                tightened = true;
-            }
-        }
-        Ok(tightened)
+        let found = scene.near(&there[..q.len()], damper.influence(), room)?.written;
+        Ok(&room[..found])
     }
+}
+
+/// Raises the bounds of pairs that would be too near at the end of the tick; whether there are any.
+fn tighten(damper: Damper, pairs: &[Proximity], there: &[Proximity], dt: f64, rows: &mut [Row<'_>]) -> bool {
+    let mut tightened = false;
+    for next in there {
+        let Some(k) = pairs.iter().position(|pair| pair.pair == next.pair) else { continue };
+        // What is too near already has only to keep its distance.
+        let floor = (damper.security() + MARGIN).min(pairs[k].distance);
+        let short = floor - (next.distance + dt * next.drift);
+        if short > 0.0 {
+            rows[k].lower += short / dt;
+            tightened = true;
+        }
+    }
+    tightened
 }
 
 const _: () = assert!(MAX_OWN_ROWS + MAX_NEAR + 6 <= MAX_ROWS, "rows of a tick, of near pairs and of the deviation");

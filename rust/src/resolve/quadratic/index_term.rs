@@ -1,6 +1,6 @@
 //! The worth of an index in a programme: by its curvature (Dufour and Suleiman 2020, eq. 10) or as a relaxed equality (eq. 14).
 
-use super::programme;
+use super::programme::Cost;
 use crate::error::{Error, Result};
 use crate::index::sized::{Evaluation, differences};
 use crate::index::{Objective, Order};
@@ -8,7 +8,7 @@ use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::optimize::direct_update;
+use crate::resolve::direct_update::direct_update;
 use crate::robot::Robot;
 
 /// Part of the cost of the rates that has to be left when the curvature of an index has been taken from it.
@@ -16,7 +16,7 @@ const LEFT: f64 = 0.5;
 
 /// How an index enters the programme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum IndexForm {
     /// `weight (T g'qd + T^2 qd'H qd / 2)` (eq. 10), with what is not convex in it left out.
     Curvature,
     /// The same as printed: not convex for large weights.
@@ -37,6 +37,9 @@ pub enum Derivatives {
 }
 
 impl Derivatives {
+    /// Differences with a step that suits angles and indices about 1: errors of the step and of rounding are of one size.
+    pub const DIFFERENCES: Self = Self::Differences(1e-4);
+
     pub(super) fn check(self) -> Result<()> {
         match self {
             Self::Differences(step) if !(step > 0.0 && step < 1.0) => Err(Error::value("step", step, "a number between 0 and 1")),
@@ -83,15 +86,8 @@ impl IndexMemory {
 pub(super) struct IndexTerm {
     pub objective: Objective,
     pub weight: f64,
-    pub form: Form,
+    pub form: IndexForm,
     pub derivatives: Derivatives,
-}
-
-/// Value, gradient and Hessian at a posture.
-struct Expansion<const C: usize> {
-    value: f64,
-    gradient: [f64; C],
-    hessian: [[f64; C]; C],
 }
 
 impl IndexTerm {
@@ -103,58 +99,86 @@ impl IndexTerm {
         jacobian: &Jacobian<C>,
         dt: f64,
         memory: &mut IndexMemory,
-        form: &mut programme::Form<C>,
+        cost: &mut Cost<C>,
+    ) -> bool {
+        match self.form {
+            IndexForm::Equality => self.add_equality(robot, q, jacobian, dt, cost),
+            IndexForm::Curvature | IndexForm::Printed => self.add_curvature(robot, q, jacobian, dt, memory, cost),
+        }
+    }
+
+    #[inline(always)]
+    fn add_equality<const C: usize>(&self, robot: &Robot, q: &[f64], jacobian: &Jacobian<C>, dt: f64, cost: &mut Cost<C>) -> bool {
+        let (value, gradient) = match self.derivatives {
+            Derivatives::Differences(step) => {
+                let Evaluation { value, gradient, .. } = differences::<C>(&self.objective, robot, q, Order::Gradient, step);
+                (value, gradient)
+            }
+            Derivatives::Exact | Derivatives::Bfgs => {
+                let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
+                (at.value, at.gradient)
+            }
+        };
+        let finite = value.is_finite() && gradient[..size::<C>(robot.n())].iter().all(|x| x.is_finite());
+        if finite {
+            cost.add_square(self.weight, &gradient.map(|g| dt * g), value.abs());
+        }
+        finite
+    }
+
+    #[inline(never)]
+    fn add_curvature<const C: usize>(
+        &self,
+        robot: &Robot,
+        q: &[f64],
+        jacobian: &Jacobian<C>,
+        dt: f64,
+        memory: &mut IndexMemory,
+        cost: &mut Cost<C>,
     ) -> bool {
         let n = size::<C>(robot.n());
-        let at = self.expansion(robot, q, jacobian, memory);
-        let finite = at.value.is_finite() && at.gradient[..n].iter().chain(at.hessian[..n].as_flattened()).all(|x| x.is_finite());
+        let (value, gradient, hessian) = match self.derivatives {
+            Derivatives::Differences(step) => {
+                let Evaluation { value, gradient, hessian, .. } = differences::<C>(&self.objective, robot, q, Order::Hessian, step);
+                (value, gradient, hessian)
+            }
+            Derivatives::Bfgs => {
+                let at = self.objective.evaluate_at(robot, q, jacobian, Order::Gradient, false);
+                (at.value, at.gradient, memory.update(q, &at.gradient))
+            }
+            Derivatives::Exact => {
+                let at = self.objective.evaluate_at(robot, q, jacobian, Order::Hessian, false);
+                (at.value, at.gradient, at.hessian)
+            }
+        };
+        let finite = value.is_finite() && gradient[..n].iter().chain(hessian[..n].as_flattened()).all(|x| x.is_finite());
         if !finite {
             return false;
         }
-        match self.form {
-            Form::Equality => form.add_square(self.weight, &at.gradient.map(|g| dt * g), at.value.abs()),
-            Form::Curvature | Form::Printed => {
-                let curvature = at.hessian.map(|row| row.map(|x| self.weight * dt * dt * x));
-                let kept = if self.form == Form::Printed { curvature } else { convex_part(form, curvature, n) };
-                for i in 0..n {
-                    form.g[i] += self.weight * dt * at.gradient[i];
-                    for j in 0..n {
-                        form.h[i][j] += kept[i][j];
-                    }
-                }
+        let curvature = hessian.map(|row| row.map(|x| self.weight * dt * dt * x));
+        let kept = if self.form == IndexForm::Printed { curvature } else { convex_part(cost, curvature, n) };
+        for i in 0..n {
+            cost.g[i] += self.weight * dt * gradient[i];
+            for j in 0..n {
+                cost.h[i][j] += kept[i][j];
             }
         }
         true
     }
-
-    fn expansion<const C: usize>(&self, robot: &Robot, q: &[f64], jacobian: &Jacobian<C>, memory: &mut IndexMemory) -> Expansion<C> {
-        let order = match (self.form, self.derivatives) {
-            (Form::Equality, _) | (_, Derivatives::Bfgs) => Order::Gradient,
-            _ => Order::Hessian,
-        };
-        if let Derivatives::Differences(step) = self.derivatives {
-            let Evaluation { value, gradient, hessian, .. } = differences::<C>(&self.objective, robot, q, order, step);
-            return Expansion { value, gradient, hessian };
-        }
-        let at = self.objective.evaluate_at(robot, q, jacobian, order, false);
-        let hessian = if order == Order::Gradient { [[0.0; C]; C] } else { at.hessian };
-        let hessian = match (self.form, self.derivatives) {
-            (Form::Curvature | Form::Printed, Derivatives::Bfgs) => memory.update(q, &at.gradient),
-            _ => hessian,
-        };
-        Expansion { value: at.value, gradient: at.gradient, hessian }
-    }
 }
 
 /// The curvature itself where enough of the cost of the rates is left beside it, else what is convex of it.
-fn convex_part<const C: usize>(rates: &programme::Form<C>, mut curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
+fn convex_part<const C: usize>(rates: &Cost<C>, curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
     let mut left = curvature;
     for i in 0..n {
         left[i][i] += LEFT * rates.h[i][i];
     }
-    if Cholesky::<C>::new(&left, n).is_some() {
-        return curvature;
-    }
+    if Cholesky::<C>::new(&left, n).is_some() { curvature } else { positive_part(curvature, n) }
+}
+
+/// The part with eigenvalues above zero.
+#[inline(never)]
+fn positive_part<const C: usize>(mut curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
     let mut vectors = [[0.0; C]; C];
     diagonalise(&mut curvature, &mut vectors, n);
     let mut out = [[0.0; C]; C];

@@ -5,13 +5,17 @@
 //! as the robot has joints, and is strictly convex at singularities too.
 
 mod bounds;
+mod damper;
 mod guarded;
 mod index_term;
 mod path;
 mod programme;
+mod settings;
 mod solver;
 
-pub use guarded::{Guard, MAX_NEAR};
-pub use index_term::{Derivatives, Form};
+pub use damper::Damper;
+pub use guarded::{Guard, MAX_NEAR, Near};
+pub use index_term::{Derivatives, IndexForm};
+pub use settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use solver::MAX_ROWS;
-pub use solver::{MAX_OWN_ROWS, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
+pub use solver::{MAX_OWN_ROWS, QuadraticSolver};

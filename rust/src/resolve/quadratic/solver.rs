@@ -3,21 +3,25 @@
 use std::sync::Arc;
 
 use super::bounds::rate_interval;
-use super::index_term::{Derivatives, Form, IndexMemory, IndexTerm};
-use super::programme::{self, Constraints, solve, solve_opened};
-use crate::error::{Error, Result, check_finite, check_positive};
+use super::index_term::{Derivatives, IndexForm, IndexTerm};
+use super::programme::{Constraints, Cost, solve, solve_opened};
+use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
-use crate::optimize::qp::{ActiveSet, Constraint, Place, Row, Status};
+use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
 use crate::robot::Robot;
-use crate::task::Task;
+use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
-pub const MAX_ROWS: usize = 64;
+pub(super) const MAX_ROWS: usize = 64;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
+/// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
+const FEW_ROWS: usize = 8;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
 /// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
@@ -27,134 +31,33 @@ const FAILS: f64 = 1e-9;
 /// Rates this near to a bound, relative, are at it.
 const AT_BOUND: f64 = 1e-9;
 
-/// Settings of [`QuadraticSolver`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct QuadraticSettings {
-    /// Length that weighs angular deviations against linear ones [m].
-    pub length: f64,
-    /// Length of a tick [s].
-    pub dt: f64,
-    /// Weight of each joint's squared rate (Q).
-    pub rate_weights: [f64; MAX_JOINTS],
-    /// Weight of the squared deviation (Q_delta) where a tick does not say.
-    pub stiffness: f64,
-    /// Largest angular [rad/s] and linear [m/s] deviation, a component; infinite for none.
-    pub largest_deviation: (f64, f64),
-    /// Whether limits of position, speed and acceleration hold.
-    pub limits: bool,
-    /// Deviation, as a part of the twist, up to which the task counts as kept.
-    pub tolerance: f64,
-}
-
-impl QuadraticSettings {
-    fn check(&self, n: usize) -> Result<()> {
-        for (name, value) in [("length", self.length), ("dt", self.dt), ("stiffness", self.stiffness), ("tolerance", self.tolerance)] {
-            check_positive(name, value)?;
-        }
-        for weight in &self.rate_weights[..n] {
-            check_positive("rate_weights", *weight)?;
-        }
-        for value in [self.largest_deviation.0, self.largest_deviation.1] {
-            if value.is_nan() || value < 0.0 {
-                return Err(Error::value("largest_deviation", value, "a number of at least 0"));
-            }
-        }
-        Ok(())
-    }
-}
-
-/// How a tick ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum QuadraticStatus {
-    /// The task is kept.
-    Solved,
-    /// The task gives way to rows or to the worth of the index; the deviation says by how much.
-    Relaxed,
-    /// The task gives way to limits of joints.
-    Limited,
-    /// Rows exclude each other or the limits: all of them give way by as little as can be, and the largest deviation does not count.
-    Infeasible,
-    /// The printed form is not convex: the index is left out.
-    NotConvex,
-}
-
-/// What a tick asks for.
-#[derive(Debug, Clone, Copy)]
-pub struct Tick<'a, const C: usize> {
-    /// Posture.
-    pub q: &'a [f64],
-    /// Twist of the tool [omega; v].
-    pub twist: Row6,
-    /// Weight of the squared deviation.
-    pub stiffness: f64,
-    /// `lower <= a'qd <= upper`.
-    pub rows: &'a [Row<C>],
-}
-
-/// What came of a tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome {
-    /// How it ended.
-    pub status: QuadraticStatus,
-    /// The part of the twist that is not followed [omega; v].
-    pub deviation: Row6,
-    /// Rows that fail, one bit a row.
-    pub failed: u64,
-    /// Whether the largest deviation is exceeded, by little.
-    pub beyond_deviation: bool,
-    /// Whether the index could be evaluated, with numbers that the programme can hold.
-    pub conditioned: bool,
-    /// Constraints that the programme added or dropped.
-    pub changes: usize,
-}
-
-/// What is remembered from tick to tick.
-#[derive(Debug, Clone, Copy)]
-pub struct QuadraticMemory {
-    /// Rates of the tick before, if there was one.
-    pub rates: Option<[f64; MAX_JOINTS]>,
-    index: IndexMemory,
-    active: ([Constraint; MAX_JOINTS], usize),
-}
-
-impl Default for QuadraticMemory {
-    fn default() -> Self {
-        let none = Constraint { place: Place::Bound(0), side: crate::optimize::qp::Side::Lower };
-        Self { rates: None, index: IndexMemory::default(), active: ([none; MAX_JOINTS], 0) }
-    }
-}
-
-impl QuadraticMemory {
-    fn start<const C: usize>(&self) -> ActiveSet<C> {
-        let mut out = ActiveSet::default();
-        for item in &self.active.0[..self.active.1] {
-            out.push(*item);
-        }
-        out
-    }
-
-    fn keep<const C: usize>(&mut self, active: &ActiveSet<C>) {
-        let items = active.as_slice();
-        self.active.0[..items.len()].copy_from_slice(items);
-        self.active.1 = items.len();
-    }
-}
-
 /// A robot, a task and what counts beside it.
 #[derive(Debug, Clone)]
 pub struct QuadraticSolver {
-    robot: Arc<Robot>,
-    task: Task,
+    pub(super) robot: Arc<Robot>,
+    pub(super) task: Task,
     term: Option<IndexTerm>,
     settings: QuadraticSettings,
 }
 
-/// The task at a posture.
-struct TaskRows<const C: usize> {
+/// Least and greatest rates.
+pub(super) struct RateBounds<const C: usize> {
+    pub lower: [f64; C],
+    pub upper: [f64; C],
+}
+
+/// The programme of a tick but for its rows.
+struct Programme<'a, const C: usize> {
+    tick: &'a Tick<'a>,
+    n: usize,
+    cost: Cost<C>,
+    bounds: &'a RateBounds<C>,
+    directions: Directions,
+    /// The task at the posture.
     rows: Rows6<C>,
     wanted: Row6,
-    dimension: usize,
-    angular: usize,
+    /// Whether the index could be evaluated.
+    conditioned: bool,
 }
 
 impl QuadraticSolver {
@@ -163,7 +66,7 @@ impl QuadraticSolver {
         robot: Arc<Robot>,
         task: Task,
         index: Option<(Objective, f64)>,
-        form: Form,
+        form: IndexForm,
         derivatives: Derivatives,
         settings: QuadraticSettings,
     ) -> Result<Self> {
@@ -180,16 +83,6 @@ impl QuadraticSolver {
         Ok(Self { robot, task, term, settings })
     }
 
-    /// The robot.
-    pub fn robot(&self) -> &Arc<Robot> {
-        &self.robot
-    }
-
-    /// The task.
-    pub fn task(&self) -> &Task {
-        &self.task
-    }
-
     /// The settings.
     pub fn settings(&self) -> &QuadraticSettings {
         &self.settings
@@ -200,44 +93,83 @@ impl QuadraticSolver {
         self.term.as_ref().map(|term| &term.objective)
     }
 
-    /// The same programme with other limits and settings.
-    pub(super) fn for_motions(&self, robot: Robot, settings: QuadraticSettings) -> Result<Self> {
-        settings.check(robot.n())?;
-        Ok(Self { robot: Arc::new(robot), settings, ..self.clone() })
+    /// Joint rates of one tick: always finite and within the limits of joints. The deviation from the task gives way before rows do. No allocation.
+    /// To arrays of another size than the robot the answer is to stand still, as infeasible.
+    pub fn step(&self, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+        if tick.q.len() != self.robot.n() || rates.len() != tick.q.len() {
+            rates.fill(0.0);
+            return Outcome { status: QuadraticStatus::Infeasible, ..Outcome::default() };
+        }
+        with_capacity!(self.robot.n(), step(self, tick, memory, rates))
     }
 
-    /// Joint rates of one tick: always finite and within the limits of joints. The deviation from the task gives way before rows do.
+    fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> RateBounds<C> {
+        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        if self.settings.limits {
+            for i in 0..q.len() {
+                (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+            }
+        }
+        RateBounds { lower, upper }
+    }
+
+    /// As [`QuadraticSolver::step`], of a tick of length `dt` within bounds that are given.
     #[inline(never)]
-    pub fn step<const C: usize>(&self, tick: &Tick<'_, C>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+    pub(super) fn within<const C: usize>(
+        &self,
+        tick: &Tick<'_>,
+        dt: f64,
+        bounds: &RateBounds<C>,
+        memory: &mut QuadraticMemory,
+        rates: &mut [f64],
+    ) -> Outcome {
         let n = size::<C>(self.robot.n()).min(rates.len());
         let (tool, columns) = jacobian::<C>(&self.robot, tick.q);
         let directions = self.task.directions(&tool, self.settings.length);
         let (w, v) = halves(&tick.twist);
-        let task = TaskRows {
-            rows: directions.rows(&columns),
-            wanted: directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST)),
-            dimension: directions.dimension(),
-            angular: self.task.angular.dimension(),
-        };
-        let mut plain = programme::Form::<C>::of_rates(&self.settings.rate_weights[..n]);
-        let (mut form, dt) = (plain, self.settings.dt);
-        let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut form));
-        for form in [&mut form, &mut plain] {
-            form.add_deviation(tick.stiffness, &task.rows, &task.wanted, task.dimension);
+        let rows = directions.rows(&columns);
+        let wanted = directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST));
+        let mut cost = Cost::<C>::of_rates(&self.settings.rate_weights[..n]);
+        let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
+        cost.add_deviation(tick.stiffness, &rows, &wanted, directions.dimension());
+        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned };
+        let (angular, linear) = self.settings.largest_deviation;
+        let bounded = if angular.is_finite() || linear.is_finite() { directions.dimension() } else { 0 };
+        match tick.rows.len() + bounded {
+            0 => self.answer(&programme, &mut [], memory, rates),
+            1..=FEW_ROWS => self.answer(&programme, &mut [DenseRow::OPEN; FEW_ROWS], memory, rates),
+            _ => self.answer_many(&programme, memory, rates),
         }
-        let (lower, upper) = self.bounds::<C>(tick.q, memory.rates.as_ref());
-        let mut buffer = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; MAX_ROWS];
-        let (hard, all) = self.gather(tick, &task, &mut buffer);
-        let answer = answer(&[form, plain], &Constraints { lower: &lower, upper: &upper, rows: &buffer[..all] }, hard, &task, n, memory);
+    }
+
+    /// Apart, so that other ticks have no large buffer on their stack.
+    #[inline(never)]
+    fn answer_many<const C: usize>(&self, programme: &Programme<'_, C>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+        self.answer(programme, &mut [DenseRow::OPEN; MAX_ROWS], memory, rates)
+    }
+
+    /// Solves a programme, with room for its rows in `buffer`.
+    #[inline(never)]
+    fn answer<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        buffer: &mut [DenseRow<C>],
+        memory: &mut QuadraticMemory,
+        rates: &mut [f64],
+    ) -> Outcome {
+        let (n, bounds) = (programme.n, programme.bounds);
+        let (hard, all) = self.gather(programme, buffer);
+        let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
+        let answer = self.solve_relaxing(programme, &at, hard, memory);
         for i in 0..n {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
-            rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(lower[i], upper[i]);
+            rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
-        let printed = self.term.as_ref().is_some_and(|term| term.form == Form::Printed);
-        let held = (0..n).any(|i| near(rates[i], lower[i]) || near(rates[i], upper[i]));
-        let (deviation, kept) = self.deviation(&task, &rates[..n]);
-        let (w, v) = directions.motion_of(&deviation);
+        let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
+        let held = (0..n).any(|i| near(rates[i], bounds.lower[i]) || near(rates[i], bounds.upper[i]));
+        let (deviation, kept) = self.deviation(programme, &rates[..n]);
+        let (w, v) = programme.directions.motion_of(&deviation);
         Outcome {
             status: match (kept, held) {
                 _ if answer.infeasible => QuadraticStatus::Infeasible,
@@ -250,51 +182,107 @@ impl QuadraticSolver {
             failed: failed(&buffer[..hard], rates),
             beyond_deviation: answer.beyond_deviation,
             // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
-            conditioned: conditioned && (printed || answer.without_index.is_none()),
+            conditioned: programme.conditioned && (printed || answer.without_index.is_none()),
             changes: answer.changes,
         }
     }
 
-    fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> ([f64; C], [f64; C]) {
-        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
-        if self.settings.limits {
-            for i in 0..q.len().min(C) {
-                (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+    /// Writes the rows of the tick, then those of the largest deviation; how many are of the tick, and how many there are.
+    fn gather<const C: usize>(&self, programme: &Programme<'_, C>, buffer: &mut [DenseRow<C>]) -> (usize, usize) {
+        let n = programme.n;
+        let hard = programme.tick.rows.len().min(MAX_ROWS - 6);
+        for (dense, row) in buffer.iter_mut().zip(&programme.tick.rows[..hard]) {
+            for (entry, given) in dense.a[..n].iter_mut().zip(row.a) {
+                *entry = *given;
             }
+            (dense.lower, dense.upper) = (row.lower, row.upper);
         }
-        (lower, upper)
-    }
-
-    /// The rows of the tick, then those of the largest deviation; how many are of the tick, and how many there are.
-    fn gather<const C: usize>(&self, tick: &Tick<'_, C>, task: &TaskRows<C>, buffer: &mut [Row<C>; MAX_ROWS]) -> (usize, usize) {
-        let hard = tick.rows.len().min(MAX_ROWS - 6);
-        buffer[..hard].copy_from_slice(&tick.rows[..hard]);
         let mut all = hard;
-        for r in 0..task.dimension {
+        for r in 0..programme.directions.dimension() {
             let (angular, linear) = self.settings.largest_deviation;
-            let most = if r < task.angular { self.settings.length * angular } else { linear };
+            let most = if r < self.task.angular.dimension() { self.settings.length * angular } else { linear };
             if most.is_finite() {
-                buffer[all] = Row { a: task.rows[r], lower: task.wanted[r] - most, upper: task.wanted[r] + most };
+                let wanted = programme.wanted[r];
+                buffer[all] = DenseRow { a: programme.rows[r], lower: wanted - most, upper: wanted + most };
                 all += 1;
             }
         }
         (hard, all)
     }
 
+    /// The rates. The index gives way first, where the programme is not convex with it, then the rows from `hard` on, then all of them.
+    #[inline(always)]
+    fn solve_relaxing<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        hard: usize,
+        memory: &mut QuadraticMemory,
+    ) -> Answer<C> {
+        let found = solve(&programme.cost, at, programme.n, &memory.start());
+        if found.status != Status::Solved {
+            return self.relax(programme, at, hard, found, memory);
+        }
+        memory.keep(&found.active);
+        Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn relax<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        hard: usize,
+        mut found: Minimum<C>,
+        memory: &mut QuadraticMemory,
+    ) -> Answer<C> {
+        let (n, dimension) = (programme.n, programme.directions.dimension());
+        let without_index = matches!(found.status, Status::NotConvex | Status::Undefined).then_some(found.status);
+        let mut cost = programme.cost;
+        if without_index.is_some() {
+            cost = Cost::of_rates(&self.settings.rate_weights[..n]);
+            cost.add_deviation(programme.tick.stiffness, &programme.rows, &programme.wanted, dimension);
+            found = solve(&cost, at, n, &ActiveSet::default());
+        }
+        let mut beyond_deviation = false;
+        let own = Constraints { rows: &at.rows[..hard], ..*at };
+        if found.status != Status::Solved && at.rows.len() > hard {
+            // The largest deviation is out of reach: what counts now is to exceed it by little.
+            cost.add_deviation(STIFFEST, &programme.rows, &programme.wanted, dimension);
+            found = solve(&cost, &own, n, &ActiveSet::default());
+            beyond_deviation = found.status == Status::Solved;
+        }
+        let infeasible = found.status != Status::Solved;
+        if infeasible {
+            found.x = solve_opened(&cost, &own, n).unwrap_or([0.0; C]);
+        } else {
+            memory.keep(&found.active);
+        }
+        Answer { x: found.x, infeasible, beyond_deviation, without_index, changes: found.changes }
+    }
+
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
-    fn deviation<const C: usize>(&self, task: &TaskRows<C>, rates: &[f64]) -> (Row6, bool) {
+    fn deviation<const C: usize>(&self, programme: &Programme<'_, C>, rates: &[f64]) -> (Row6, bool) {
         let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
-        for r in 0..task.dimension {
-            let followed: f64 = task.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
-            out[r] = task.wanted[r] - followed;
+        for r in 0..programme.directions.dimension() {
+            let followed: f64 = programme.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
+            let wanted = programme.wanted[r];
+            out[r] = wanted - followed;
             left += out[r] * out[r];
-            whole += task.wanted[r] * task.wanted[r];
-            if r < task.angular {
+            whole += wanted * wanted;
+            if r < self.task.angular.dimension() {
                 out[r] /= self.settings.length;
             }
         }
         (out, left.sqrt() <= self.settings.tolerance * whole.sqrt().max(self.settings.tolerance))
     }
+}
+
+#[inline(never)]
+fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
+    let bounds = solver.bounds::<C>(tick.q, memory.rates.as_ref());
+    solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
 /// Rates, whether the rows or the index had to be left out, and how often the programme changed its mind.
@@ -306,45 +294,12 @@ struct Answer<const C: usize> {
     changes: usize,
 }
 
-/// Solves the first form, or the second where that is not convex. The rows from `hard` on give way first, then all of them.
-fn answer<const C: usize>(
-    forms: &[programme::Form<C>; 2],
-    at: &Constraints<'_, C>,
-    hard: usize,
-    task: &TaskRows<C>,
-    n: usize,
-    memory: &mut QuadraticMemory,
-) -> Answer<C> {
-    let [mut form, plain] = *forms;
-    let mut found = solve(&form, at, n, &memory.start());
-    let without_index = matches!(found.status, Status::NotConvex | Status::Undefined).then_some(found.status);
-    if without_index.is_some() {
-        form = plain;
-        found = solve(&form, at, n, &ActiveSet::default());
-    }
-    let mut beyond_deviation = false;
-    let own = Constraints { rows: &at.rows[..hard], ..*at };
-    if found.status != Status::Solved && at.rows.len() > hard {
-        // The largest deviation is out of reach: what counts now is to exceed it by little.
-        form.add_deviation(STIFFEST, &task.rows, &task.wanted, task.dimension);
-        found = solve(&form, &own, n, &ActiveSet::default());
-        beyond_deviation = found.status == Status::Solved;
-    }
-    let infeasible = found.status != Status::Solved;
-    if infeasible {
-        found.x = solve_opened(&form, &own, n).unwrap_or([0.0; C]);
-    } else {
-        memory.keep(&found.active);
-    }
-    Answer { x: found.x, infeasible, beyond_deviation, without_index, changes: found.changes }
-}
-
 fn near(x: f64, bound: f64) -> bool {
     bound.is_finite() && (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
 }
 
 /// The rows that do not hold.
-fn failed<const C: usize>(rows: &[Row<C>], rates: &[f64]) -> u64 {
+fn failed<const C: usize>(rows: &[DenseRow<C>], rates: &[f64]) -> u64 {
     let mut out = 0;
     for (k, row) in rows.iter().enumerate() {
         let (mut value, mut size) = (0.0, 0.0);

@@ -1,22 +1,28 @@
 //! The orthogonal SQP as an object: its settings and its closed-loop rate step.
 
+pub(crate) mod reduce;
+mod solve;
+mod step;
+
 use std::sync::Arc;
 
-use super::newton_step::{Bounds, Known, StepStatus, newton_step};
+use super::StepStatus;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
+use crate::linalg::with_capacity;
 use crate::robot::Robot;
 use crate::task::Task;
+pub(super) use step::{Bounds, Known, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].
 pub(super) const RADIUS: f64 = 0.3;
 
 /// Settings of [`OrthogonalSqp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct SqpSettings {
     /// Distance of the two points of the tool, which weighs angles against distances [m].
     pub length: f64,
     /// Whether the exact Hessian of the objective is used, or BFGS updates of it (3.51a) from the exact one at the start.
@@ -33,7 +39,13 @@ pub struct Settings {
     pub max_iterations: usize,
 }
 
-impl Settings {
+impl Default for SqpSettings {
+    fn default() -> Self {
+        Self { length: 1.0, exact_hessian: true, gain: 10.0, dt: 1e-3, limits: true, tolerance: 1e-12, max_iterations: 100 }
+    }
+}
+
+impl SqpSettings {
     /// Checks every setting.
     pub fn check(&self) -> Result<()> {
         for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
@@ -55,12 +67,12 @@ pub struct OrthogonalSqp {
     pub(super) robot: Arc<Robot>,
     pub(super) task: Task,
     pub(super) objective: Objective,
-    pub(super) settings: Settings,
+    pub(super) settings: SqpSettings,
 }
 
 impl OrthogonalSqp {
     /// A solver; the robot needs as many joints as the task has dimensions.
-    pub fn new(robot: Arc<Robot>, task: Task, objective: Objective, settings: Settings) -> Result<Self> {
+    pub fn new(robot: Arc<Robot>, task: Task, objective: Objective, settings: SqpSettings) -> Result<Self> {
         settings.check()?;
         objective.check(&robot)?;
         if robot.n() < task.dimension() {
@@ -89,37 +101,19 @@ impl OrthogonalSqp {
     }
 
     /// The settings.
-    pub fn settings(&self) -> &Settings {
+    pub fn settings(&self) -> &SqpSettings {
         &self.settings
     }
 
     /// Joint rates for a desired twist of the tool (4.20): the components that matter are followed exactly, the objective falls in the free
-    /// motion, position and speed limits hold. Feedback, if any, is part of the twist. Never NaN, never beyond the limits.
-    #[inline(always)]
-    pub fn step<const C: usize>(&self, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
-        let n = self.robot.n();
-        let dt = self.settings.dt;
-        let (tool, columns) = jacobian::<C>(&self.robot, q);
-        let directions = self.task.directions(&tool, self.settings.length);
-        let (w, v) = halves(twist);
-        let wanted = directions.reduce(w, v).map(|x| dt * x);
-        let objective = self.objective.evaluate_at(&self.robot, q, &columns, Order::Hessian, false);
-        let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
-        let (mut low, mut high) = self.box_around::<C>(q);
-        if self.settings.limits {
-            let speed = &self.robot.limits().qd_max;
-            for i in 0..n {
-                low[i] = low[i].max(-speed[i] * dt).min(0.0);
-                high[i] = high[i].min(speed[i] * dt).max(0.0);
-            }
+    /// motion, position and speed limits hold. Feedback, if any, is part of the twist. Never NaN, never beyond the limits; no allocation.
+    /// To arrays of another size than the robot the answer is to stand still, as at a limit.
+    pub fn step(&self, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+        if q.len() != self.robot.n() || rates.len() != q.len() {
+            rates.fill(0.0);
+            return StepStatus::Limited;
         }
-        let fraction = (self.settings.gain * dt).min(1.0);
-        let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
-        let step = newton_step(&known, &bounds);
-        for i in 0..n {
-            rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
-        }
-        step.status
+        with_capacity!(self.robot.n(), step(self, q, twist, rates))
     }
 
     /// The room to the position limits around `q`; a joint outside may only come back.
@@ -135,4 +129,30 @@ impl OrthogonalSqp {
         }
         (low, high)
     }
+}
+
+#[inline(never)]
+fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+    let n = solver.robot.n();
+    let SqpSettings { length, dt, gain, limits, .. } = solver.settings;
+    let (tool, columns) = jacobian::<C>(&solver.robot, q);
+    let directions = solver.task.directions(&tool, length);
+    let (w, v) = halves(twist);
+    let wanted = directions.reduce(w, v).map(|x| dt * x);
+    let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
+    let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
+    let (mut low, mut high) = solver.box_around::<C>(q);
+    if limits {
+        let speed = &solver.robot.limits().qd_max;
+        for i in 0..n {
+            low[i] = low[i].max(-speed[i] * dt).min(0.0);
+            high[i] = high[i].min(speed[i] * dt).max(0.0);
+        }
+    }
+    let fraction = (gain * dt).min(1.0);
+    let step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
+    for i in 0..n {
+        rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
+    }
+    step.status
 }

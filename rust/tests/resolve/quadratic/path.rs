@@ -6,7 +6,9 @@ use nalgebra::DVector;
 use proptest::prelude::*;
 use redundancy::index::{Index, Kind, Objective, Order, Rows};
 use redundancy::linalg::vector::{dot, norm, sub};
-use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, SolveStatus, Tick};
+use redundancy::resolve::{
+    Derivatives, IndexForm, Memory, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, SolveStatus, Tick,
+};
 use redundancy::task::{Target, Task};
 use std::sync::Arc;
 
@@ -68,11 +70,11 @@ fn from_posture_to_posture() {
         let (mut reached, mut gained, mut compared) = (0, 0, 0);
         for _ in 0..30 {
             let settings = QuadraticSettings { rate_weights: [1.0; 16], length: 0.5, ..settings(rng, true) };
-            let solver = case.solver(Some((&objective, 1.0)), Form::Equality, Derivatives::Exact, settings);
+            let solver = case.solver(Some((&objective, 1.0)), IndexForm::Equality, Derivatives::Exact, settings);
             let q0 = posture(rng, &case.robot);
             let near: Vec<f64> = q0.iter().map(|x| x + rng.within(-0.1, 0.1)).collect();
             let target = target(&case, &near);
-            let found = solver.solve::<8>(&target, &q0);
+            let found = solver.solve(&target, &q0);
             if found.status == SolveStatus::OnTarget {
                 reached += 1;
                 let at = tool(&case.robot, &found.q[..n]);
@@ -80,19 +82,20 @@ fn from_posture_to_posture() {
                 let axes = if task == Task::FULL { vec![0, 1, 2] } else { vec![2] };
                 assert!(axes.into_iter().all(|k| dot(at.axes[k], target.frame[k]) > 1.0 - 1e-12));
                 assert!((found.value - value(&found.q[..n])).abs() < 1e-12 * found.value.abs());
-                let plain = case.plain(settings).solve::<8>(&target, &q0);
+                let plain = case.plain(settings).solve(&target, &q0);
                 if plain.status == SolveStatus::OnTarget {
                     assert!(plain.value.is_nan(), "without an objective there is no value");
                     compared += 1;
                     gained += usize::from(found.value <= value(&plain.q[..n]) + 1e-9);
                 }
             }
-            let all = solver.follow::<8>(&[target, target], &q0);
+            let mut all = Vec::new();
+            solver.follow(&[target, target], &q0, &mut Memory::default(), &mut |point| all.push(*point));
             assert_eq!((all.len(), all[0].q), (2, found.q));
         }
         println!("{reached} of 30 reached, {gained} of {compared} better with the index");
         assert!(reached >= 27 && gained * 10 >= compared * 8);
-        let solver = case.solver(Some((&objective, 1.0)), Form::Equality, Derivatives::Exact, settings(rng, true));
+        let solver = case.solver(Some((&objective, 1.0)), IndexForm::Equality, Derivatives::Exact, settings(rng, true));
         best_of_many(&case, &solver, rng);
     }
 }
@@ -101,15 +104,15 @@ fn best_of_many(case: &Case, solver: &QuadraticSolver, rng: &mut Rng) {
     let n = case.n();
     let middle: Vec<f64> = posture(rng, &case.robot).iter().map(|x| 0.5 * x).collect();
     let target = target(case, &middle);
-    let few = solver.solve_best::<8>(&target, 10, 5).unwrap();
-    let many = solver.solve_best::<8>(&target, 40, 5).unwrap();
+    let few = solver.solve_best(&target, 10, 5).unwrap();
+    let many = solver.solve_best(&target, 40, 5).unwrap();
     assert!(many.value <= few.value, "more starts cannot be worse");
     assert!(case.robot.limits().margin(&many.q[..n]) >= 0.0);
-    assert!(solver.solve_best::<8>(&target, 0, 5).is_none());
+    assert!(solver.solve_best(&target, 0, 5).is_none());
     // Nothing there to reach.
     let away = Target { position: [100.0, 0.0, 0.0], ..target };
-    assert!(solver.solve_best::<8>(&away, 5, 5).is_none());
-    let found = solver.solve::<8>(&away, &middle);
+    assert!(solver.solve_best(&away, 5, 5).is_none());
+    let found = solver.solve(&away, &middle);
     assert!(found.status != SolveStatus::OnTarget && found.q.iter().all(|x| x.is_finite()));
 }
 
@@ -118,7 +121,7 @@ fn memories_are_values() {
     // A copy of a memory is as good as the memory.
     let rng = &mut Rng(9);
     let case = Case { robot: Arc::new(iiwa()), task: Task::FULL };
-    let solver = case.solver(Some((&condition(), 1.0)), Form::Curvature, Derivatives::Bfgs, settings(rng, true));
+    let solver = case.solver(Some((&condition(), 1.0)), IndexForm::Curvature, Derivatives::Bfgs, settings(rng, true));
     let mut memory = QuadraticMemory::default();
     for _ in 0..20 {
         let q = posture(rng, &case.robot);

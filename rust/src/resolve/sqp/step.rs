@@ -5,14 +5,15 @@
 //! joints and at singularities that the free motion can leave. The reduced Hessian is that of the Lagrangian, `Z'(H - sum lambda d2h) Z`: with the
 //! objective's Hessian alone, as in (3.63), convergence is linear only.
 
+use super::reduce::Curvature;
 use crate::index::sized::Evaluation;
-use crate::kinematics::sized::{Jacobian, jacobian_rate};
+use crate::kinematics::sized::Jacobian;
 use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
-use crate::linalg::vector::dot;
 use crate::linalg::{Row6, Rows6, size};
-use crate::optimize::qp::{self, ActiveSet, Problem, Row, Status};
+use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
+use crate::resolve::StepStatus;
 use crate::task::Directions;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
@@ -21,23 +22,16 @@ const NEARLY_SINGULAR: f64 = 1e-4;
 const FLAT: f64 = 1e-12;
 /// Eigenvalues of the reduced Hessian are kept above this multiple of the largest.
 const LEAST_CURVATURE: f64 = 1e-8;
-
-/// How a step came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum StepStatus {
-    /// Task and objective as wanted.
-    Regular,
-    /// The task's Jacobian is nearly singular: damped, objective left aside.
-    Damped,
-    /// The objective has no derivatives here: task only.
-    TaskOnly,
-    /// Limits forbid the task's motion: cut at the limits.
-    Limited,
-}
+/// A joint that a unit of the free motion moves by less than this is not moved by it: no limit of it counts.
+const UNMOVED: f64 = 1e-12;
+/// A step this near to a bound, or beyond it by no more, is at it [rad or m].
+const AT_BOUND: f64 = 1e-12;
+/// A cut of a step by more than this is reported [rad or m].
+const CUT: f64 = 1e-9;
 
 /// What is known at a posture.
 #[derive(Debug, Clone, Copy)]
-pub struct Known<'a, const C: usize> {
+pub(in crate::resolve) struct Known<'a, const C: usize> {
     /// Jacobian.
     pub jacobian: &'a Jacobian<C>,
     /// Objective with gradient and Hessian (exact or approximate).
@@ -50,7 +44,7 @@ pub struct Known<'a, const C: usize> {
 
 /// The box a step has to stay in.
 #[derive(Debug, Clone, Copy)]
-pub struct Bounds<const C: usize> {
+pub(in crate::resolve) struct Bounds<const C: usize> {
     /// Lower bounds of dq.
     pub low: [f64; C],
     /// Upper bounds of dq.
@@ -63,7 +57,7 @@ pub struct Bounds<const C: usize> {
 
 /// A step and what it promises.
 #[derive(Debug, Clone, Copy)]
-pub struct NewtonStep<const C: usize> {
+pub(in crate::resolve) struct NewtonStep<const C: usize> {
     /// The step.
     pub dq: [f64; C],
     /// First-order change of the objective along the free motion: zero or below.
@@ -76,7 +70,7 @@ pub struct NewtonStep<const C: usize> {
 
 /// One step; never longer than the bounds, never NaN for finite input.
 #[inline(never)]
-pub fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
+pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
     let n = known.jacobian.n();
     let m = known.directions.dimension();
     let rows = known.directions.rows(known.jacobian);
@@ -121,39 +115,20 @@ struct Reduced<const C: usize> {
 fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6<C>, dv: &[f64; C], n: usize, m: usize) -> Reduced<C> {
     let r = size::<C>(n) - m;
     let objective = known.objective;
-    let mut lambda = [0.0; 6];
-    for i in 0..n {
-        for c in 0..m {
-            lambda[c] += p[c][i] * objective.gradient[i];
-        }
-    }
-    let (force_w, force_v) = known.directions.expand(&lambda);
-    // f(a)_i = lambda . (dJ/dt along a)_i: the constraint's curvature as a bilinear form, symmetrised below.
-    let bend = |direction: &[f64; C]| -> [f64; C] {
-        let rate = jacobian_rate(known.jacobian, direction);
-        std::array::from_fn(|i| if i < n { dot(force_w, rate.w[i]) + dot(force_v, rate.v[i]) } else { 0.0 })
-    };
+    let curvature = Curvature::new(known.jacobian, known.directions, p, &objective.gradient);
     let inner = |a: &[f64; C], b: &[f64; C]| (0..n).map(|i| a[i] * b[i]).sum::<f64>();
     let mut hdv = [0.0; C];
     for k in 0..n {
         hdv[k] = inner(&objective.hessian[k], dv);
     }
-    let bent_dv = bend(dv);
+    let bent_dv = curvature.along(dv);
     let (steepness, sharpness) = sizes(objective, n);
-    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian: [[0.0; C]; C], slopes: [0.0; C] };
+    let (hessian, bent) = curvature.reduced_hessian(&objective.hessian, basis, r);
+    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian, slopes: [0.0; C] };
     for a in 0..r {
         let z = &basis[a];
-        let bent = bend(z);
-        let mut hz = [0.0; C];
-        for k in 0..n {
-            hz[k] = inner(&objective.hessian[k], z);
-        }
         out.slopes[a] = inner(z, &objective.gradient);
-        out.gradient[a] = out.slopes[a] + inner(z, &hdv) - 0.5 * (inner(&bent, dv) + inner(&bent_dv, z));
-        for b in 0..r {
-            out.hessian[a][b] += inner(&hz, &basis[b]) - 0.5 * inner(&bent, &basis[b]);
-            out.hessian[b][a] -= 0.5 * inner(&bent, &basis[b]);
-        }
+        out.gradient[a] = out.slopes[a] + inner(z, &hdv) - 0.5 * (inner(&bent[a], dv) + inner(&bent_dv, z));
     }
     // A motion that the objective does not feel is not taken; the curvature put in its place keeps the model convex.
     for a in 0..r {
@@ -202,7 +177,7 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     let mut largest = 0.0f64;
     for i in 0..n {
         largest = largest.max(z[i].abs());
-        if z[i].abs() < 1e-12 {
+        if z[i].abs() < UNMOVED {
             continue;
         }
         let (a, b) = ((bounds.low[i] - dv[i]) / z[i], (bounds.high[i] - dv[i]) / z[i]);
@@ -222,6 +197,7 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
 }
 
 /// Several freedoms: a convex QP in the free motion, and whether a limit holds it.
+#[inline(never)]
 fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<([f64; C], bool)> {
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
@@ -234,7 +210,7 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
             h[a][b] = (0..r).map(|i| vectors[a][i] * vectors[b][i] * values[i][i].abs().max(LEAST_CURVATURE * largest)).sum();
         }
     }
-    let mut rows = [Row { a: [0.0; C], lower: f64::NEG_INFINITY, upper: f64::INFINITY }; C];
+    let mut rows = [DenseRow::OPEN; C];
     for i in 0..n {
         for b in 0..r {
             rows[i].a[b] = reduced.basis[b][i];
@@ -246,7 +222,7 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
     }
     let (lower, upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
     let problem = Problem { n: r, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows[..n] };
-    let solution = qp::solve(&problem, &ActiveSet::default());
+    let solution = qp::minimise(&problem, &ActiveSet::default());
     if solution.status != Status::Solved {
         return None;
     }
@@ -255,7 +231,7 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
     let held = !solution.active.is_empty()
         && (0..n).any(|i| {
             let moved = dv[i] + (0..r).map(|a| reduced.basis[a][i] * u[a]).sum::<f64>();
-            moved <= bounds.low[i] + 1e-12 || moved >= bounds.high[i] - 1e-12
+            moved <= bounds.low[i] + AT_BOUND || moved >= bounds.high[i] - AT_BOUND
         });
     Some((u, held))
 }
@@ -268,7 +244,7 @@ fn clip<const C: usize>(out: &mut NewtonStep<C>, bounds: &Bounds<C>, n: usize) {
     for i in 0..n {
         let room = if out.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
         let needed = out.dq[i].abs();
-        if needed > room + 1e-12 && room > 1e-12 {
+        if needed > room + AT_BOUND && room > AT_BOUND {
             factor = factor.min(room / needed);
         }
     }
@@ -276,7 +252,7 @@ fn clip<const C: usize>(out: &mut NewtonStep<C>, bounds: &Bounds<C>, n: usize) {
     for i in 0..n {
         let scaled = factor * out.dq[i];
         let clamped = scaled.clamp(bounds.low[i].min(0.0), bounds.high[i].max(0.0));
-        cut |= (scaled - clamped).abs() > 1e-9;
+        cut |= (scaled - clamped).abs() > CUT;
         out.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
     }
     if cut {

@@ -1,11 +1,11 @@
 //! Ticks without bounds and rows are solutions of linear equations.
 
-use super::oracle::{C, Case, apart, expansion, first_step, minimiser, posture, settings, twist};
-use crate::common::{Rng, iiwa, indices, rngs};
+use super::oracle::{Case, apart, expansion, first_step, minimiser, posture, settings, twist};
+use crate::common::{Rng, iiwa, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
-use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
+use redundancy::resolve::{Derivatives, IndexForm, QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick};
 use redundancy::task::Task;
 use std::sync::Arc;
 
@@ -67,7 +67,7 @@ proptest! {
             let residual = h * DVector::from_column_slice(rates) + g;
             residual.norm() / (g.norm() + h.norm() * DVector::from_column_slice(rates).norm())
         };
-        let (rates, outcome) = form(Form::Equality);
+        let (rates, outcome) = form(IndexForm::Equality);
         prop_assert!(outcome.conditioned && matches!(outcome.status, QuadraticStatus::Solved | QuadraticStatus::Relaxed));
         let rank_one = weight * dt * dt * &gradient * gradient.transpose();
         prop_assert!(check(&rates, &(&h + rank_one), &(&g + weight * dt * value.abs() * &gradient)) < 1e-12);
@@ -78,13 +78,13 @@ proptest! {
         let least = (0.5 * &q_weights + &curvature).symmetric_eigenvalues().min();
         prop_assume!(least.abs() > 1e-9 * curvature.amax());
         let kept = if least > 0.0 { curvature.clone() } else { positive_part(&curvature) };
-        let (rates, outcome) = form(Form::Curvature);
+        let (rates, outcome) = form(IndexForm::Curvature);
         prop_assert!(matches!(outcome.status, QuadraticStatus::Solved | QuadraticStatus::Relaxed), "{:?}", outcome);
         prop_assert!(check(&rates, &(&h + kept), &linear) < 1e-12);
 
         let whole = &h + &curvature;
         let spread = whole.symmetric_eigenvalues();
-        let (rates, outcome) = form(Form::Printed);
+        let (rates, outcome) = form(IndexForm::Printed);
         if spread.min() > 1e-10 * spread.max() {
             prop_assert!(outcome.status != QuadraticStatus::NotConvex);
             prop_assert!(check(&rates, &whole, &linear) < 1e-12);
@@ -122,44 +122,14 @@ proptest! {
     }
 }
 
-/// The capacity is no part of the answer.
-#[test]
-fn capacities() {
-    fn rates<const N: usize>(solver: &QuadraticSolver, q: &[f64], twist: [f64; 6]) -> Vec<f64> {
-        let mut out = vec![0.0; q.len()];
-        solver.step::<N>(&Tick { q, twist, stiffness: 100.0, rows: &[] }, &mut QuadraticMemory::default(), &mut out);
-        out
-    }
-    let rng = &mut Rng(1);
-    for kind in [0, 1] {
-        let case = Case::new(rng, kind);
-        let rows = Rows::new(&[0, 1, 2, 3, 4, 5], 0.5).unwrap();
-        for index in indices(rows) {
-            let objective = Objective::new(vec![(1.0, index)]).unwrap();
-            for form in [Form::Curvature, Form::Equality] {
-                let solver = case.solver(Some((&objective, 10.0)), form, Derivatives::Exact, settings(rng, true));
-                let (q, twist) = (posture(rng, &case.robot), twist(rng, 0.2));
-                let here = rates::<C>(&solver, &q, twist);
-                let others = if kind == 0 {
-                    [rates::<6>(&solver, &q, twist), rates::<16>(&solver, &q, twist)]
-                } else {
-                    [rates::<7>(&solver, &q, twist), rates::<16>(&solver, &q, twist)]
-                };
-                for other in others {
-                    assert!(apart(&other, &DVector::from_column_slice(&here)) < 1e-9, "{here:?} {other:?}");
-                }
-            }
-        }
-    }
-}
-
 #[test]
 fn bad_settings_are_refused() {
     let robot = Arc::new(iiwa());
     let good = settings(&mut Rng(1), true);
     let objective = Objective::new(vec![(1.0, Index::JointLimits(JointLimits::new(&[]).unwrap()))]).unwrap();
     let make = |weight: f64, derivatives, settings| {
-        QuadraticSolver::new(robot.clone(), Task::FULL, Some((objective.clone(), weight)), Form::Equality, derivatives, settings).is_ok()
+        QuadraticSolver::new(robot.clone(), Task::FULL, Some((objective.clone(), weight)), IndexForm::Equality, derivatives, settings)
+            .is_ok()
     };
     assert!(make(1.0, Derivatives::Exact, good) && make(0.0, Derivatives::Bfgs, good) && make(1.0, Derivatives::Differences(1e-3), good));
     for bad in [-1.0, f64::NAN, f64::INFINITY] {

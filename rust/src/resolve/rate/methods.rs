@@ -1,13 +1,15 @@
 //! One step of the methods that resolve redundancy at the level of rates (Huo 2009): twist decomposition, the subject of that thesis, and its
 //! rivals, each as `h + x` with h the motion that the secondary task asks for and x the shortest solution of the method's own system.
 
-use crate::kinematics::sized::Jacobian;
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::damped::damped_step;
 use crate::linalg::frame::Frame;
 use crate::linalg::householder::Householder;
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::vector::{Vec3, scale};
-use crate::linalg::{Row6, Rows6};
+use crate::linalg::vector::{halves, scale};
+use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, Row6, Rows6};
+use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
 /// A method of redundancy resolution.
@@ -31,29 +33,40 @@ pub enum Method {
     VirtualJoint,
 }
 
-/// What a step starts from.
-pub struct Situation<'a, const C: usize> {
+/// What a motion starts from.
+#[derive(Debug, Clone, Copy)]
+pub struct Situation<'a> {
+    /// The robot; with the virtual joints of the method it has at most 16.
+    pub robot: &'a Robot,
+    /// Its posture.
+    pub q: &'a [f64],
     /// The task.
     pub task: &'a Task,
-    /// Tool frame.
-    pub tool: &'a Frame,
-    /// Jacobian.
-    pub jacobian: &'a Jacobian<C>,
     /// Length that weighs angles against distances [m].
     pub length: f64,
     /// Below this ratio of the shortest to the longest orthogonal row a system is solved with damping.
     pub damping: f64,
     /// Weights of the joints, for [`Method::WeightedInverse`].
+    pub weights: &'a [f64],
+}
+
+/// A [`Situation`] whose Jacobian is known.
+pub(super) struct Posed<'a, const C: usize> {
+    pub task: &'a Task,
+    pub tool: &'a Frame,
+    pub jacobian: &'a Jacobian<C>,
+    pub length: f64,
+    pub damping: f64,
     pub weights: &'a [f64; C],
 }
 
 /// Shortest solutions of the systems of a step, and whether one of them had to be damped.
-struct Solver {
+struct Shortest {
     damping: f64,
     damped: bool,
 }
 
-impl Solver {
+impl Shortest {
     /// Solved exactly by `solve` where the rows are well apart, and with damping near a singularity: never longer than `|b| / (damping |A|)`.
     #[inline(always)]
     fn guarded<const C: usize>(
@@ -79,7 +92,7 @@ impl Solver {
     }
 
     #[inline(never)]
-    fn shortest<const C: usize>(&mut self, a: &Rows6<C>, b: &Row6, n: usize, m: usize) -> [f64; C] {
+    fn of<const C: usize>(&mut self, a: &Rows6<C>, b: &Row6, n: usize, m: usize) -> [f64; C] {
         let factors = Orthogonal::new(a, n, m);
         let spread = if m > n { 0.0 } else { factors.spread() };
         self.guarded(a, b, n, m, spread, |b| factors.solve(b))
@@ -121,13 +134,25 @@ impl Method {
         if self == Self::VirtualJoint { 6 - task.dimension() } else { 0 }
     }
 
-    /// The joint motion for the twist [w; v] with the secondary motion `h`, and whether it was damped.
+    /// Writes the joint motion for a twist with the secondary motion `h`, one number a joint each; whether it was damped. To arrays of another
+    /// size the answer is no motion.
+    pub fn motion(self, at: &Situation<'_>, twist: &Row6, h: &[f64], out: &mut [f64]) -> bool {
+        let n = at.robot.n();
+        if [at.q.len(), h.len(), out.len()] != [n; 3] || n + self.extra_columns(at.task) > MAX_JOINTS {
+            out.fill(0.0);
+            return true;
+        }
+        with_capacity!(n + self.extra_columns(at.task), motion(self, at, twist, h, out))
+    }
+
+    /// The joint motion for a twist with the secondary motion `h`, and whether it was damped.
     #[inline(never)]
-    pub fn motion<const C: usize>(self, at: &Situation<'_, C>, w: Vec3, v: Vec3, h: &[f64; C]) -> ([f64; C], bool) {
+    pub(super) fn motion_at<const C: usize>(self, at: &Posed<'_, C>, twist: &Row6, h: &[f64; C]) -> ([f64; C], bool) {
+        let (w, v) = halves(twist);
         let n = at.jacobian.n();
         let directions = at.task.directions(at.tool, at.length);
         let m = directions.dimension();
-        let mut solver = Solver { damping: at.damping, damped: false };
+        let mut systems = Shortest { damping: at.damping, damped: false };
         let own = |directions: &Directions| (directions.rows(at.jacobian), directions.reduce(w, v));
         let dq = match self {
             Self::ResolvedRate | Self::TwistDecomposition => {
@@ -135,17 +160,17 @@ impl Method {
                 let (rows, t) = own(&full);
                 let left = remainder(&t, &rows, h, 6);
                 let wanted = if self == Self::ResolvedRate { left } else { projected(&directions, &left, at.length) };
-                plus(h, &solver.shortest(&rows, &wanted, n, 6))
+                plus(h, &systems.of(&rows, &wanted, n, 6))
             }
             Self::GradientProjection => {
                 let (rows, t) = own(&directions);
-                plus(h, &solver.shortest(&rows, &remainder(&t, &rows, h, m), n, m))
+                plus(h, &systems.of(&rows, &remainder(&t, &rows, h, m), n, m))
             }
             Self::Householder => {
                 let (rows, t) = own(&directions);
                 let factors = Householder::new(&rows, n, m);
                 let left = remainder(&t, &rows, h, m);
-                plus(h, &solver.guarded(&rows, &left, n, m, factors.spread(), |b| factors.solve(b)))
+                plus(h, &systems.guarded(&rows, &left, n, m, factors.spread(), |b| factors.solve(b)))
             }
             Self::WeightedInverse => {
                 let (mut rows, t) = own(&directions);
@@ -156,17 +181,17 @@ impl Method {
                         row[i] *= shrink[i];
                     }
                 }
-                let x = solver.shortest(&rows, &left, n, m);
+                let x = systems.of(&rows, &left, n, m);
                 std::array::from_fn(|i| h[i] + shrink[i] * x[i])
             }
             Self::TaskPriority => {
                 let rest = at.task.complement().directions(at.tool, at.length);
-                priority(&mut solver, own(&directions), own(&rest), h, n, (m, 6 - m))
+                priority(&mut systems, own(&directions), own(&rest), h, n, (m, 6 - m))
             }
             Self::Elimination => {
                 let (rows, t) = own(&Task::FULL.directions(at.tool, at.length));
                 let (rows, t) = eliminate(&rows, &t, &free_twists(at), 6 - m);
-                plus(h, &solver.shortest(&rows, &remainder(&t, &rows, h, m), n, m))
+                plus(h, &systems.of(&rows, &remainder(&t, &rows, h, m), n, m))
             }
             Self::VirtualJoint => {
                 let (mut rows, t) = own(&Task::FULL.directions(at.tool, at.length));
@@ -176,12 +201,22 @@ impl Method {
                         rows[r][n + i] = free[r];
                     }
                 }
-                let x = solver.shortest(&rows, &left, n + 6 - m, 6);
+                let x = systems.of(&rows, &left, n + 6 - m, 6);
                 std::array::from_fn(|i| if i < n { h[i] + x[i] } else { 0.0 })
             }
         };
-        (dq, solver.damped)
+        (dq, systems.damped)
     }
+}
+
+fn motion<const C: usize>(method: Method, at: &Situation<'_>, twist: &Row6, h: &[f64], out: &mut [f64]) -> bool {
+    let (tool, columns) = jacobian::<C>(at.robot, at.q);
+    let wide = |values: &[f64], rest: f64| -> [f64; C] { std::array::from_fn(|i| values.get(i).copied().unwrap_or(rest)) };
+    let (weights, h) = (wide(at.weights, 1.0), wide(h, 0.0));
+    let posed = Posed { task: at.task, tool: &tool, jacobian: &columns, length: at.length, damping: at.damping, weights: &weights };
+    let (dq, damped) = method.motion_at(&posed, twist, &h);
+    out.copy_from_slice(&dq[..out.len()]);
+    damped
 }
 
 /// `T t` of a twist whose angular part is multiplied by the length.
@@ -192,8 +227,8 @@ fn projected(directions: &Directions, t: &Row6, length: f64) -> Row6 {
 }
 
 /// The free twists, of unit length, angular part times the length.
-#[inline(always)]
-fn free_twists<const C: usize>(at: &Situation<'_, C>) -> [Row6; 6] {
+#[inline(never)]
+fn free_twists<const C: usize>(at: &Posed<'_, C>) -> [Row6; 6] {
     let free = at.task.complement().directions(at.tool, 1.0);
     let mut out = [[0.0; 6]; 6];
     for (i, twist) in out.iter_mut().enumerate().take(free.dimension()) {
@@ -208,17 +243,17 @@ fn free_twists<const C: usize>(at: &Situation<'_, C>) -> [Row6; 6] {
 }
 
 /// Two tasks in order of priority, then h in what both leave (2.37).
-#[inline(always)]
+#[inline(never)]
 fn priority<const C: usize>(
-    solver: &mut Solver,
+    systems: &mut Shortest,
     (first, t1): (Rows6<C>, Row6),
     (second, t2): (Rows6<C>, Row6),
     h: &[f64; C],
     n: usize,
     (m1, m2): (usize, usize),
 ) -> [f64; C] {
-    let q1 = solver.shortest(&first, &t1, n, m1);
-    if n <= m1 || solver.damped {
+    let q1 = systems.of(&first, &t1, n, m1);
+    if n <= m1 || systems.damped {
         return q1;
     }
     let basis = Orthogonal::new(&first, n, m1).null_space();
@@ -233,7 +268,7 @@ fn priority<const C: usize>(
         inner[z] = (0..n).map(|i| h[i] * basis[z][i]).sum();
     }
     let left = remainder(&remainder(&t2, &second, &q1, m2), &reduced, &inner, m2);
-    let u = plus(&inner, &solver.shortest(&reduced, &left, free, m2));
+    let u = plus(&inner, &systems.of(&reduced, &left, free, m2));
     let mut out = q1;
     for z in 0..free {
         for i in 0..n {
@@ -244,7 +279,7 @@ fn priority<const C: usize>(
 }
 
 /// Gauss elimination of the free velocities from `J qd = t + E s`, pivoting by size: the equations that are left, in order.
-#[inline(always)]
+#[inline(never)]
 fn eliminate<const C: usize>(rows: &Rows6<C>, t: &Row6, free: &[Row6; 6], count: usize) -> (Rows6<C>, Row6) {
     let (mut rows, mut t, mut free) = (*rows, *t, *free);
     let mut used = [false; 6];

@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use super::rate::{Method, Situation};
+use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
-use super::solve::{Solution, SolveStatus};
 use crate::error::{Error, Result, check_finite, check_positive};
-use crate::inverse::reach_sized;
+use crate::inverse::reach;
 use crate::kinematics::sized::{forward, jacobian};
-use crate::linalg::vector::{halves, norm};
+use crate::linalg::vector::norm;
+use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
-use crate::robot::{RandomPostures, Robot};
+use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
+use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
@@ -19,8 +20,10 @@ const LARGEST_MOTION: f64 = 0.5;
 const CORRECTIONS: usize = 40;
 /// Iterations of that, and of the way to a target from a random posture.
 const REACH_ITERATIONS: usize = 60;
-/// Error of a posture that counts as on target [rad, m].
-const ON_TARGET: f64 = 1e-9;
+/// How far a range counts where the weights of Chan and Dubey would grow without bound, as a part of its half.
+const END_OF_RANGE: f64 = 0.999_999;
+/// Multiples of the free motion that are looked at on the way into the limits.
+const FURTHEST: f64 = 1e3;
 
 /// Settings of [`RateSolver`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +48,22 @@ pub struct RateSettings {
     pub tolerance: f64,
 }
 
+impl Default for RateSettings {
+    fn default() -> Self {
+        Self {
+            length: 1.0,
+            gain: 1.0,
+            relaxation: 1.0,
+            damping: 1e-3,
+            dt: 1e-3,
+            limits: true,
+            iterations: 20,
+            correct: true,
+            tolerance: 1e-12,
+        }
+    }
+}
+
 impl RateSettings {
     fn check(&self) -> Result<()> {
         for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
@@ -63,19 +82,6 @@ impl RateSettings {
         }
         Ok(())
     }
-}
-
-/// How a step came about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RateStatus {
-    /// Task and secondary task as wanted.
-    Regular,
-    /// Nearly singular: damped.
-    Damped,
-    /// The secondary task could not be evaluated: task only.
-    TaskOnly,
-    /// Slowed down, or stopped at a limit.
-    Limited,
 }
 
 /// A method with its robot, task and secondary task.
@@ -114,7 +120,6 @@ impl<const C: usize> RateBounds<C> {
     /// `rates`. Where there is none, all joints slow down together until the fastest keeps its speed, and each stops at its position
     /// limits.
     fn keep(&self, alone: &[f64], rates: &mut [f64]) {
-        const FURTHEST: f64 = 1e3;
         let (mut least, mut most) = (-FURTHEST, FURTHEST);
         for i in 0..rates.len() {
             let (low, high) = self.interval(i);
@@ -139,6 +144,12 @@ impl<const C: usize> RateBounds<C> {
             rates[i] = if wanted.is_finite() { wanted.clamp(low, high) } else { 0.0 };
         }
     }
+}
+
+/// What a motion is for.
+enum Goal<'a> {
+    Twist(&'a Row6),
+    Target(&'a Target),
 }
 
 /// One motion and how it came about.
@@ -183,23 +194,13 @@ impl RateSolver {
         Ok(Self { robot, task, method, secondary, weights, settings })
     }
 
-    /// The robot.
-    pub fn robot(&self) -> &Arc<Robot> {
-        &self.robot
-    }
-
-    /// The task that is followed.
-    pub fn task(&self) -> &Task {
-        &self.task
-    }
-
     /// The settings.
     pub fn settings(&self) -> &RateSettings {
         &self.settings
     }
 
     /// Joints, and virtual joints of the method: the capacity that its kernels need.
-    pub fn columns(&self) -> usize {
+    fn columns(&self) -> usize {
         self.robot.n() + self.method.extra_columns(&self.task)
     }
 
@@ -222,7 +223,7 @@ impl RateSolver {
             out[i] = match (&self.weights, self.robot.limits().middle_and_half(i)) {
                 (Some(weights), _) => weights[i],
                 (None, Some((middle, half))) => {
-                    let x = ((q[i] - middle) / half).clamp(-0.999_999, 0.999_999);
+                    let x = ((q[i] - middle) / half).clamp(-END_OF_RANGE, END_OF_RANGE);
                     1.0 + (x / (1.0 - x * x).powi(2)).abs() / half
                 }
                 (None, None) => 1.0,
@@ -231,56 +232,50 @@ impl RateSolver {
         out
     }
 
-    /// The motion for the twist [w; v] at a posture, with `gain` times the secondary motion.
+    /// The motion at a posture, with `gain` times the secondary motion.
     #[inline(never)]
-    fn motion<const C: usize>(
-        &self,
-        q: &[f64],
-        twist: impl FnOnce(&crate::linalg::frame::Frame) -> Row6,
-        gain: f64,
-        memory: &mut Memory,
-    ) -> Motion<C> {
+    fn motion<const C: usize>(&self, q: &[f64], goal: &Goal<'_>, gain: f64, memory: &mut Memory) -> Motion<C> {
         let (tool, columns) = jacobian::<C>(&self.robot, q);
         let weights = self.weights_at::<C>(q);
         let (length, damping) = (self.settings.length, self.settings.damping);
-        let at = Situation { task: &self.task, tool: &tool, jacobian: &columns, length, damping, weights: &weights };
+        let at = Posed { task: &self.task, tool: &tool, jacobian: &columns, length, damping, weights: &weights };
         let (mut h, mut complete) = ([0.0; C], true);
         if gain > 0.0 && self.method != Method::ResolvedRate {
             let directions = self.task.directions(&tool, length);
             (h, complete) = self.secondary.motion(&self.robot, q, &columns, &directions, memory);
             h = h.map(|x| gain * x);
         }
-        let (w, v) = halves(&twist(&tool));
-        let (dq, damped) = self.method.motion(&at, w, v, &h);
+        let error;
+        let twist = match goal {
+            Goal::Twist(twist) => twist,
+            Goal::Target(target) => {
+                let ([a, b, c], [x, y, z]) = self.task.error(&tool, target);
+                error = [a, b, c, x, y, z];
+                &error
+            }
+        };
+        let (dq, damped) = self.method.motion_at(&at, twist, &h);
         Motion { dq, damped, complete }
     }
 
     /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
-    /// task. Never NaN; with limits, never faster than they allow nor across one within the tick.
+    /// task. Never NaN; with limits, never faster than they allow nor across one within the tick. No allocation. To arrays of
+    /// another size than the robot the answer is to stand still, as at a limit.
+    pub fn step(&self, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+        if q.len() != self.robot.n() || rates.len() != q.len() {
+            rates.fill(0.0);
+            return StepStatus::Limited;
+        }
+        with_capacity!(self.columns(), step(self, q, twist, memory, rates))
+    }
+
+    /// Takes from the free motion, then from all, what limits have no room for.
+    #[cold]
     #[inline(never)]
-    pub fn step<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> RateStatus {
-        let n = size::<C>(self.robot.n()).min(rates.len());
-        let motion = self.motion::<C>(q, |_| *twist, self.settings.gain, memory);
-        let mut status = match (motion.damped, motion.complete) {
-            (true, _) => RateStatus::Damped,
-            (false, false) => RateStatus::TaskOnly,
-            (false, true) => RateStatus::Regular,
-        };
-        if !motion.dq[..n].iter().all(|x| x.is_finite()) {
-            rates[..n].fill(0.0);
-            return RateStatus::Damped;
-        }
-        rates[..n].copy_from_slice(&motion.dq[..n]);
-        if self.settings.limits {
-            let bounds = self.bounds::<C>(q);
-            if !bounds.hold(&rates[..n]) {
-                status = RateStatus::Limited;
-                // The task comes first: another share of the free motion before anything is taken from it.
-                let alone = self.motion::<C>(q, |_| *twist, 0.0, memory).dq;
-                bounds.keep(&alone[..n], &mut rates[..n]);
-            }
-        }
-        status
+    fn slow_down<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, bounds: &RateBounds<C>, rates: &mut [f64]) {
+        // The task comes first: another share of the free motion before anything is taken from it.
+        let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, memory).dq;
+        bounds.keep(&alone[..rates.len()], rates);
     }
 
     /// What position and speed limits leave room for within a tick.
@@ -296,47 +291,6 @@ impl RateSolver {
         out
     }
 
-    /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
-    /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
-    #[inline(never)]
-    pub fn solve<const C: usize>(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
-        let n = size::<C>(self.robot.n()).min(q0.len());
-        let mut q = [0.0; MAX_JOINTS];
-        q[..n].copy_from_slice(&q0[..n]);
-        let mut done = 0;
-        for _ in 0..self.settings.iterations {
-            done += 1;
-            self.iterate::<C>(target, &mut q[..n], self.settings.relaxation, memory);
-        }
-        while self.settings.correct
-            && done < self.settings.iterations + CORRECTIONS
-            && self.error_size::<C>(target, &q[..n]) > self.settings.tolerance
-        {
-            done += 1;
-            self.iterate::<C>(target, &mut q[..n], 0.0, memory);
-        }
-        if self.settings.correct && self.error_size::<C>(target, &q[..n]) > self.settings.tolerance.max(0.5 * ON_TARGET) {
-            let mut direct = [0.0; MAX_JOINTS];
-            direct[..n].copy_from_slice(&q0[..n]);
-            let (length, tolerance) = (self.settings.length, self.settings.tolerance);
-            let found = reach_sized::<C>(&self.robot, None, &self.task, target, length, &mut direct[..n], tolerance, REACH_ITERATIONS);
-            done += found.iterations;
-            if found.error <= tolerance.max(0.5 * ON_TARGET) {
-                q = direct;
-            }
-        }
-        let (w, v) = self.task.error(&forward::<C>(&self.robot, &q[..n]), target);
-        let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
-        Solution {
-            q,
-            value: self.secondary.value::<C>(&self.robot, &q[..n]),
-            position_error: norm(v),
-            angle_error: norm(w),
-            status: if on_target { SolveStatus::OnTarget } else { SolveStatus::Unreachable },
-            iterations: done,
-        }
-    }
-
     #[inline(always)]
     fn error_size<const C: usize>(&self, target: &Target, q: &[f64]) -> f64 {
         let (w, v) = self.task.error(&forward::<C>(&self.robot, q), target);
@@ -345,11 +299,7 @@ impl RateSolver {
 
     #[inline(always)]
     fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, memory: &mut Memory) {
-        let error = |tool: &crate::linalg::frame::Frame| {
-            let ([a, b, c], [x, y, z]) = self.task.error(tool, target);
-            [a, b, c, x, y, z]
-        };
-        let motion = self.motion::<C>(q, error, gain, memory);
+        let motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
         let largest = motion.dq[..q.len()].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         if !largest.is_finite() {
             return;
@@ -360,41 +310,97 @@ impl RateSolver {
         }
     }
 
-    /// The best of `starts` random postures on the target, improved by the method: by the objective, or by the distance from the middle of
-    /// the ranges. `None` if the target was never reached.
-    pub fn solve_best<const C: usize>(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
-        let n = self.robot.n();
-        let limits = self.settings.limits.then(|| self.robot.limits());
-        let mut postures = RandomPostures::new(seed);
-        let mut best: Option<(f64, Solution)> = None;
-        for _ in 0..starts {
-            let mut q = [0.0; MAX_JOINTS];
-            postures.fill(&self.robot, &mut q[..n]);
-            let tolerance = self.settings.tolerance;
-            let found =
-                reach_sized::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], tolerance, REACH_ITERATIONS);
-            if found.error > tolerance.max(0.5 * ON_TARGET) {
-                continue;
-            }
-            let solution = self.solve::<C>(target, &q[..n], &mut Memory::default());
-            let inside = !self.settings.limits || self.robot.limits().margin(&solution.q[..n]) >= 0.0;
-            let cost = if solution.value.is_nan() { self.robot.distance_from_middle(&solution.q[..n]) } else { solution.value };
-            if solution.status != SolveStatus::Unreachable && inside && best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, solution));
-            }
-        }
-        best.map(|(_, solution)| solution)
+    /// Newton onto a target within limits, if any: whether it came there, and its steps.
+    fn restore(&self, limits: Option<&Limits>, target: &Target, q: &mut [f64]) -> (bool, usize) {
+        let (length, tolerance) = (self.settings.length, self.settings.tolerance);
+        let found = reach(&self.robot, limits, &self.task, target, length, q, tolerance, REACH_ITERATIONS);
+        (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
+    }
+}
+
+impl Resolver for RateSolver {
+    fn robot(&self) -> &Arc<Robot> {
+        &self.robot
     }
 
-    /// Along the targets, each from the posture of the one before.
-    pub fn follow<const C: usize>(&self, targets: &[Target], q0: &[f64], memory: &mut Memory, mut each: impl FnMut(&Solution)) {
-        let n = self.robot.n();
-        let mut q = [0.0; MAX_JOINTS];
-        q[..n].copy_from_slice(&q0[..n]);
-        for target in targets {
-            let point = self.solve::<C>(target, &q[..n], memory);
-            q = point.q;
-            each(&point);
+    /// The task that is followed.
+    fn task(&self) -> &Task {
+        &self.task
+    }
+
+    fn keeps_limits(&self) -> bool {
+        self.settings.limits
+    }
+
+    /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
+    /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
+    fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
         }
+        with_capacity!(self.columns(), solve(self, target, q0, memory))
+    }
+
+    /// Onto the target by Newton, within the limits where these hold.
+    fn prepare(&self, target: &Target, q: &mut [f64]) -> bool {
+        self.restore(self.settings.limits.then(|| self.robot.limits()), target, q).0
+    }
+}
+
+#[inline(never)]
+fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+    let n = size::<C>(solver.robot.n()).min(rates.len());
+    let motion = solver.motion::<C>(q, &Goal::Twist(twist), solver.settings.gain, memory);
+    if !motion.dq[..n].iter().all(|x| x.is_finite()) {
+        rates[..n].fill(0.0);
+        return StepStatus::Damped;
+    }
+    rates[..n].copy_from_slice(&motion.dq[..n]);
+    if solver.settings.limits {
+        let bounds = solver.bounds::<C>(q);
+        if !bounds.hold(&rates[..n]) {
+            solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
+            return StepStatus::Limited;
+        }
+    }
+    match (motion.damped, motion.complete) {
+        (true, _) => StepStatus::Damped,
+        (false, false) => StepStatus::TaskOnly,
+        (false, true) => StepStatus::Regular,
+    }
+}
+
+#[inline(never)]
+fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
+    let (n, settings) = (q0.len(), &solver.settings);
+    let mut q = [0.0; MAX_JOINTS];
+    q[..n].copy_from_slice(q0);
+    let mut done = 0;
+    for _ in 0..settings.iterations {
+        done += 1;
+        solver.iterate::<C>(target, &mut q[..n], settings.relaxation, memory);
+    }
+    while settings.correct && done < settings.iterations + CORRECTIONS && solver.error_size::<C>(target, &q[..n]) > settings.tolerance {
+        done += 1;
+        solver.iterate::<C>(target, &mut q[..n], 0.0, memory);
+    }
+    if settings.correct && solver.error_size::<C>(target, &q[..n]) > settings.tolerance.max(0.5 * ON_TARGET) {
+        let mut direct = [0.0; MAX_JOINTS];
+        direct[..n].copy_from_slice(q0);
+        let (reached, iterations) = solver.restore(None, target, &mut direct[..n]);
+        done += iterations;
+        if reached {
+            q = direct;
+        }
+    }
+    let (w, v) = solver.task.error(&forward::<C>(&solver.robot, &q[..n]), target);
+    let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
+    Solution {
+        q,
+        value: solver.secondary.value::<C>(&solver.robot, &q[..n]),
+        position_error: norm(v),
+        angle_error: norm(w),
+        status: if on_target { SolveStatus::OnTarget } else { SolveStatus::Unreachable },
+        iterations: done,
     }
 }

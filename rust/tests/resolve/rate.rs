@@ -9,7 +9,7 @@ use redundancy::internals::linalg::Svd;
 use redundancy::linalg::Row6;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::halves;
-use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, RateStatus, Scaling, Secondary, Situation};
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling, Secondary, Situation, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Projector, Reference, Target, Task};
 
@@ -56,10 +56,11 @@ fn regular(rng: &mut Rng, robot: &Robot) -> Option<(Vec<f64>, f64)> {
 }
 
 fn motion(method: Method, task: &Task, robot: &Robot, q: &[f64], twist: &Row6, h: &[f64; C], weights: &[f64; C]) -> ([f64; C], bool) {
-    let (tool, columns) = jacobian::<C>(robot, q);
-    let at = Situation { task, tool: &tool, jacobian: &columns, length: 0.7, damping: 1e-9, weights };
-    let (w, v) = halves(twist);
-    method.motion(&at, w, v, h)
+    let n = robot.n();
+    let at = Situation { robot, q, task, length: 0.7, damping: 1e-9, weights: &weights[..n] };
+    let mut dq = [0.0; C];
+    let damped = method.motion(&at, twist, &h[..n], &mut dq[..n]);
+    (dq, damped)
 }
 
 fn random_h(rng: &mut Rng, n: usize) -> [f64; C] {
@@ -252,7 +253,7 @@ fn through_singularities() {
                         q[joint] += f64::from(i) * 1e-3;
                         let mut rates = [f64::NAN; 6];
                         let twist = [0.3, -0.2, 0.4, 0.1, 0.2, -0.1];
-                        let status = solver.step::<8>(&q, &twist, &mut memory, &mut rates);
+                        let status = solver.step(&q, &twist, &mut memory, &mut rates);
                         let fastest = rates.iter().fold(0.0f64, |m, x| m.max(x.abs()));
                         assert!(rates.iter().all(|x| x.is_finite()), "{name} {method:?} {i}: {rates:?}");
                         // |b| / (damping |A|) at most: (0.6 + 0.6) / (1e-3 * 0.5) is far above what the thresholds let through.
@@ -264,7 +265,7 @@ fn through_singularities() {
                             );
                         }
                         if i == 0 && name == "wrist" {
-                            assert!(matches!(status, RateStatus::Damped | RateStatus::Limited | RateStatus::Regular), "{status:?}");
+                            assert!(matches!(status, StepStatus::Damped | StepStatus::Limited | StepStatus::Regular), "{status:?}");
                         }
                     }
                 }
@@ -294,7 +295,7 @@ fn converged_solutions_keep_their_targets() {
         for method in Method::ALL {
             let solver = RateSolver::new(robot.clone(), task, method, secondary(), None, settings()).unwrap();
             let mut count = 0;
-            solver.follow::<C>(&targets, &q0, &mut Memory::default(), |point| {
+            solver.follow(&targets, &q0, &mut Memory::default(), &mut |point| {
                 count += 1;
                 assert!(point.position_error < 1e-11 && point.angle_error < 1e-11, "{method:?} {n}: {point:?}");
             });
@@ -316,7 +317,7 @@ fn newton_scaling_ends_at_the_minimum() {
         let settings = RateSettings { iterations, ..settings() };
         let secondary = Secondary::Objective(limits_objective(), scaling);
         let solver = RateSolver::new(robot.clone(), task, method, secondary, None, settings).unwrap();
-        solver.solve::<C>(&target, &q, &mut Memory::default()).value
+        solver.solve(&target, &q).value
     };
     let least = value(Method::GradientProjection, Scaling::Gradient, 5000);
     assert!(value(Method::GradientProjection, Scaling::Gradient, 12) > least + 1e-6);
@@ -342,13 +343,13 @@ fn the_task_comes_before_the_secondary_motion() {
         let solver = RateSolver::new(robot.clone(), task, method, secondary.clone(), None, settings).unwrap();
         for twist in [[0.1, -0.1, 0.05, 0.02, -0.03, 0.01], [-0.1, 0.1, -0.05, -0.02, 0.03, -0.01]] {
             let mut rates = [0.0; 6];
-            let status = solver.step::<8>(&q, &twist, &mut Memory::default(), &mut rates);
+            let status = solver.step(&q, &twist, &mut Memory::default(), &mut rates);
             let alone = RateSolver::new(robot.clone(), task, method, Secondary::None, None, settings).unwrap();
             let mut without = [0.0; 6];
-            if alone.step::<8>(&q, &twist, &mut Memory::default(), &mut without) != RateStatus::Regular {
+            if alone.step(&q, &twist, &mut Memory::default(), &mut without) != StepStatus::Regular {
                 continue;
             }
-            held += usize::from(status == RateStatus::Limited);
+            held += usize::from(status == StepStatus::Limited);
             assert!(rates[3] <= 0.0, "{method:?}");
             let (wanted, got) = (reduced(&task, &tool, &twist), reduced(&task, &tool, &twist_of(&columns, &rates)));
             assert!(distance(&wanted, &got) < 1e-10, "{method:?} {status:?}: {wanted:?} {got:?}");

@@ -1,10 +1,10 @@
 //! What a robot does with the freedom that the task leaves: the motion h that a secondary task asks for.
 
-use super::newton_step::{Bounds, Known, newton_step};
-use crate::error::{Error, Result, check_finite, check_positive};
+use crate::error::{Result, check_positive, check_vector};
 use crate::index::{Index, Kind, Objective, Order, Rows};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::{MAX_JOINTS, size};
+use crate::resolve::sqp::{Bounds, Known, newton_step};
 use crate::robot::Robot;
 use crate::task::Directions;
 
@@ -34,14 +34,15 @@ pub struct PosturePull {
 }
 
 impl PosturePull {
-    /// Weights of both parts and the posture of the first, one number a joint; the length is that of the parameter of singularity.
-    pub fn new(robot: &Robot, w: &[f64], k: &[f64], middle: &[f64], threshold: f64, length: f64) -> Result<Self> {
+    /// Weights of both parts and the posture of the first, one number a joint: no second part if `k` is not given, the middle of the ranges
+    /// ([`Robot::middle`]) if `middle` is not. The length is that of the parameter of singularity.
+    pub fn new(robot: &Robot, w: &[f64], k: Option<&[f64]>, middle: Option<&[f64]>, threshold: f64, length: f64) -> Result<Self> {
         let n = robot.n();
+        let none = [0.0; MAX_JOINTS];
+        let ranges = robot.middle();
+        let (k, middle) = (k.unwrap_or(&none[..n]), middle.unwrap_or(&ranges));
         for (name, values) in [("w", w), ("k", k), ("middle", middle)] {
-            if values.len() != n {
-                return Err(Error::length(name, values.len(), n));
-            }
-            check_finite(name, values)?;
+            check_vector(name, values, n)?;
         }
         check_positive("threshold", threshold)?;
         let rows = Rows::all(length)?;
@@ -134,7 +135,7 @@ impl Secondary {
     }
 
     /// Its value at a posture, NaN for a pull or nothing.
-    pub fn value<const C: usize>(&self, robot: &Robot, q: &[f64]) -> f64 {
+    pub(super) fn value<const C: usize>(&self, robot: &Robot, q: &[f64]) -> f64 {
         match self {
             Self::Objective(objective, _) => objective.evaluate_sized::<C>(robot, q, Order::Value, false).value,
             Self::None | Self::Pull(_) => f64::NAN,

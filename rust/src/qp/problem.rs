@@ -3,20 +3,22 @@
 use super::active::{ActiveSet, Constraint, Place, Side};
 use super::factors::{add, dot, size};
 
-/// `lower <= a'x <= upper`, an equality when both are the same; infinite limits do not count.
+/// A [`super::Row`] that owns its coefficients, in the capacity of a problem.
 #[derive(Debug, Clone, Copy)]
-pub struct Row<const N: usize> {
-    /// Coefficients.
+pub(crate) struct DenseRow<const N: usize> {
     pub a: [f64; N],
-    /// Least value.
     pub lower: f64,
-    /// Greatest value.
     pub upper: f64,
+}
+
+impl<const N: usize> DenseRow<N> {
+    /// No limit: what a buffer is filled with.
+    pub const OPEN: Self = Self { a: [0.0; N], lower: f64::NEG_INFINITY, upper: f64::INFINITY };
 }
 
 /// Minimise `x'Hx/2 + g'x` subject to bounds and rows. Entries beyond `n` are not read.
 #[derive(Debug, Clone, Copy)]
-pub struct Problem<'a, const N: usize> {
+pub(crate) struct Problem<'a, const N: usize> {
     /// Variables in use, at most N.
     pub n: usize,
     /// Symmetric positive definite; the lower triangle is read.
@@ -28,7 +30,7 @@ pub struct Problem<'a, const N: usize> {
     /// Upper bounds, possibly infinite.
     pub upper: &'a [f64; N],
     /// General constraints.
-    pub rows: &'a [Row<N>],
+    pub rows: &'a [DenseRow<N>],
 }
 
 /// The yardsticks of a scan. Variables are compared in units of the objective's curvature along them.

@@ -1,17 +1,17 @@
-//! Velocity damping: how fast a distance may fall (Faverjon and Tournassoud, 1987; Dufour and Suleiman 2020, A.1).
+//! The velocity damper: how fast a distance may fall (Faverjon and Tournassoud, 1987; Dufour and Suleiman 2020, A.1).
 
-use super::scene::Proximity;
+use crate::collision::Proximity;
 use crate::error::{Error, Result, check_finite, check_positive};
 
 /// The law `d' >= -gain (d - security) / (influence - security)` for pairs nearer than the influence distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Damping {
+pub struct Damper {
     influence: f64,
     security: f64,
     gain: f64,
 }
 
-impl Damping {
+impl Damper {
     /// Influence and security distance [m], the first the larger, and the speed at which a distance may fall at the influence distance [m/s].
     pub fn new(influence: f64, security: f64, gain: f64) -> Result<Self> {
         check_finite("influence", &[influence])?;

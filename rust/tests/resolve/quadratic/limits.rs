@@ -1,12 +1,11 @@
 //! Whatever is asked for, rates are finite and within the limits.
 
 use super::oracle::{C, Case, first_step, planar, posture, settings, step, twist};
-use crate::common::{Rng, iiwa, rngs};
+use crate::common::{OwnRow, Rng, iiwa, rngs, views};
 use proptest::prelude::*;
 use redundancy::index::{Index, JointLimits, Kind, Objective, Rows};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::optimize::qp::Row;
-use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::resolve::{Derivatives, IndexForm, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use redundancy::robot::{Limits, Robot};
 use redundancy::task::Task;
 use std::sync::Arc;
@@ -88,7 +87,7 @@ proptest! {
         if rng.below(3) == 0 {
             settings.largest_deviation = (rng.within(0.0, 0.1), rng.within(0.0, 0.1));
         }
-        let form = [Form::Curvature, Form::Printed, Form::Equality][rng.below(3)];
+        let form = [IndexForm::Curvature, IndexForm::Printed, IndexForm::Equality][rng.below(3)];
         let derivatives = [Derivatives::Exact, Derivatives::Bfgs, Derivatives::Differences(1e-3)][rng.below(3)];
         let objective = objective(case.n());
         let weight = 10f64.powf(rng.within(-3.0, 9.0));
@@ -99,11 +98,11 @@ proptest! {
             let size = [0.0, 1.0, 100.0, 1e308][rng.below(4)];
             let mut rows = Vec::new();
             for _ in 0..rng.below(4) {
-                let a = std::array::from_fn(|_| rng.within(-1.0, 1.0));
-                rows.push(Row { a, lower: rng.within(-1.0, 1.0), upper: if rng.below(2) == 0 { f64::INFINITY } else { rng.within(-1.0, 1.0) } });
+                let a: [f64; C] = std::array::from_fn(|_| rng.within(-1.0, 1.0));
+                rows.push(OwnRow { a, lower: rng.within(-1.0, 1.0), upper: if rng.below(2) == 0 { f64::INFINITY } else { rng.within(-1.0, 1.0) } });
             }
             let before = memory.rates;
-            let tick = Tick { q: &q, twist: twist(rng, size), stiffness: 10f64.powf(rng.within(-2.0, 6.0)), rows: &rows };
+            let tick = Tick { q: &q, twist: twist(rng, size), stiffness: 10f64.powf(rng.within(-2.0, 6.0)), rows: &views(&rows, q.len()) };
             let (rates, _) = step(&solver, &tick, &mut memory);
             allowed(&case.robot, &q, settings.dt, &rates, before.as_ref())?;
             prop_assert_eq!(&memory.rates.unwrap()[..q.len()], &rates[..]);
@@ -116,7 +115,7 @@ proptest! {
     fn any_finite_numbers(seed in rngs(), kind in 0usize..4) {
         let rng = &mut Rng(seed);
         let case = Case::new(rng, kind);
-        let form = [Form::Curvature, Form::Printed, Form::Equality][rng.below(3)];
+        let form = [IndexForm::Curvature, IndexForm::Printed, IndexForm::Equality][rng.below(3)];
         let derivatives = [Derivatives::Exact, Derivatives::Bfgs, Derivatives::Differences(1e-3)][rng.below(3)];
         let objective = objective(case.n());
         let limits = rng.below(2) == 0;
@@ -124,10 +123,10 @@ proptest! {
         let mut memory = QuadraticMemory::default();
         for _ in 0..3 {
             let q: Vec<f64> = (0..case.n()).map(|_| rng.finite()).collect();
-            let rows: Vec<Row<C>> = (0..rng.below(3)).map(|_| Row { a: std::array::from_fn(|_| rng.wild()), lower: rng.wild(), upper: rng.wild() }).collect();
+            let rows: Vec<OwnRow<C>> = (0..rng.below(3)).map(|_| OwnRow { a: std::array::from_fn(|_| rng.wild()), lower: rng.wild(), upper: rng.wild() }).collect();
             let mut rates = vec![f64::NAN; case.n()];
-            let tick = Tick { q: &q, twist: std::array::from_fn(|_| rng.finite()), stiffness: rng.finite().abs(), rows: &rows };
-            solver.step::<C>(&tick, &mut memory, &mut rates);
+            let tick = Tick { q: &q, twist: std::array::from_fn(|_| rng.finite()), stiffness: rng.finite().abs(), rows: &views(&rows, q.len()) };
+            solver.step(&tick, &mut memory, &mut rates);
             prop_assert!(rates.iter().all(|x| x.is_finite()), "{:?}", rates);
         }
     }
@@ -176,7 +175,7 @@ fn singular_postures() {
                 let q: Vec<f64> = (0..case.n()).map(|_| off * rng.within(-1.0, 1.0)).collect();
                 let tick = Tick { q: &q, twist: twist(rng, 0.05), stiffness: 10f64.powf(rng.within(0.0, 6.0)), rows: &[] };
                 for objective in [None, Some(&condition), Some(&middle)] {
-                    for form in [Form::Curvature, Form::Equality] {
+                    for form in [IndexForm::Curvature, IndexForm::Equality] {
                         for derivatives in [Derivatives::Exact, Derivatives::Bfgs] {
                             let solver = case.solver(objective.map(|objective| (objective, 0.1)), form, derivatives, settings);
                             let (rates, outcome) = first_step(&solver, &tick);

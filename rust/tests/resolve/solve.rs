@@ -7,15 +7,15 @@ use redundancy::index::{Index, JointLimits, Kind, LimitBarrier, Objective, Order
 use redundancy::internals::kinematics::{forward, jacobian};
 use redundancy::internals::linalg::Orthogonal;
 use redundancy::inverse::reach;
-use redundancy::resolve::{OrthogonalSqp, Settings, Solution, SolveStatus};
+use redundancy::resolve::{Memory, OrthogonalSqp, Resolver, Solution, SolveStatus, SqpSettings, StepStatus};
 use redundancy::robot::{Limits, RandomPostures, Robot};
 use redundancy::task::{Target, Task};
 use serde_json::Value;
 
 const LENGTH: f64 = 0.485_593_3;
 
-fn settings() -> Settings {
-    Settings { length: LENGTH, exact_hessian: true, gain: 10.0, dt: 0.001, limits: true, tolerance: 1e-10, max_iterations: 100 }
+fn settings() -> SqpSettings {
+    SqpSettings { length: LENGTH, exact_hessian: true, gain: 10.0, dt: 0.001, limits: true, tolerance: 1e-10, max_iterations: 100 }
 }
 
 fn condition(length: f64) -> Objective {
@@ -26,7 +26,7 @@ fn milling() -> Task {
     Task::axisymmetric([0.0, 0.0, 1.0]).unwrap()
 }
 
-fn sqp(robot: Robot, task: Task, objective: Objective, settings: Settings) -> OrthogonalSqp {
+fn sqp(robot: Robot, task: Task, objective: Objective, settings: SqpSettings) -> OrthogonalSqp {
     OrthogonalSqp::new(Arc::new(robot), task, objective, settings).unwrap()
 }
 
@@ -91,7 +91,7 @@ fn local_minimum(solver: &OrthogonalSqp, target: &Target, solution: &Solution) {
 fn first_point_of_the_helix() {
     let solver = sqp(fanuc(), milling(), condition(LENGTH), settings());
     for seed in [1, 2] {
-        let best = solver.solve_best::<6>(&start_of_helix(), 40, seed).unwrap();
+        let best = solver.solve_best(&start_of_helix(), 40, seed).unwrap();
         assert_eq!(best.status, SolveStatus::Converged);
         assert!((best.value.sqrt() - 2.011_275_054).abs() < 1e-9, "kappa {}", best.value.sqrt());
         on_target(&solver, &start_of_helix(), &best);
@@ -108,7 +108,7 @@ fn helix() {
     let minima = numbers(&data["helix"]["pointwise_minimum_kappa"]);
     let solver = sqp(fanuc(), milling(), condition(LENGTH), settings());
     let first: Vec<f64> = numbers(&data["helix"]["first_point_q_deg"]).iter().map(|x| x.to_radians()).collect();
-    let solution = solver.solve::<6>(&start_of_helix(), &first);
+    let solution = solver.solve(&start_of_helix(), &first);
     assert_eq!(solution.status, SolveStatus::Converged);
     assert!((solution.value.sqrt() - minima[0]).abs() < 1e-9);
     assert!(crate::common::distance(&solution.q[..6], &first) < 1e-6, "{:?}", solution.q.map(f64::to_degrees));
@@ -119,7 +119,7 @@ fn solutions_are_local_minima_along_the_spin() {
     let robot = fanuc();
     let mut converged = 0;
     for exact_hessian in [true, false] {
-        let solver = sqp(robot.clone(), milling(), condition(LENGTH), Settings { exact_hessian, ..settings() });
+        let solver = sqp(robot.clone(), milling(), condition(LENGTH), SqpSettings { exact_hessian, ..settings() });
         let mut postures = RandomPostures::new(5);
         for _ in 0..100 {
             let (mut q, mut q0) = ([0.0; 6], [0.0; 6]);
@@ -127,7 +127,7 @@ fn solutions_are_local_minima_along_the_spin() {
             q0.copy_from_slice(&q);
             q0.iter_mut().enumerate().for_each(|(i, x)| *x += 0.02 * (i as f64).cos());
             let target = target_at(&robot, &q, &milling());
-            let solution = solver.solve::<6>(&target, &q0);
+            let solution = solver.solve(&target, &q0);
             if solution.status == SolveStatus::Converged {
                 converged += 1;
                 on_target(&solver, &target, &solution);
@@ -150,18 +150,14 @@ fn other_tasks() {
         (Rng(8).robot(8, false, 8), Task::FULL),
     ] {
         let n = robot.n();
-        let solver = sqp(robot.clone(), task, condition(0.4), Settings { max_iterations: 300, ..settings() });
+        let solver = sqp(robot.clone(), task, condition(0.4), SqpSettings { max_iterations: 300, ..settings() });
         let rng = &mut Rng(3);
         let (mut converged, mut reached) = (0, 0);
         for _ in 0..30 {
             let q: Vec<f64> = (0..n).map(|_| rng.within(-0.9, 0.9)).collect();
             let q0: Vec<f64> = q.iter().map(|x| x + rng.within(-0.05, 0.05)).collect();
             let target = target_at(&robot, &q, &task);
-            let solution = match n {
-                6 => solver.solve::<6>(&target, &q0),
-                7 => solver.solve::<7>(&target, &q0),
-                _ => solver.solve::<16>(&target, &q0),
-            };
+            let solution = solver.solve(&target, &q0);
             if solution.status != SolveStatus::Unreachable {
                 reached += 1;
                 on_target(&solver, &target, &solution);
@@ -184,7 +180,7 @@ fn full_task_of_six_joints() {
     let solver = sqp(robot.clone(), Task::FULL, condition(LENGTH), settings());
     let q = [0.4, 0.2, 0.3, 0.5, 0.7, -0.3];
     let target = target_at(&robot, &q, &Task::FULL);
-    let solution = solver.solve::<6>(&target, &q.map(|x| x + 0.05));
+    let solution = solver.solve(&target, &q.map(|x| x + 0.05));
     assert_eq!(solution.status, SolveStatus::Converged);
     assert!(crate::common::distance(&solution.q[..6], &q) < 1e-8);
     on_target(&solver, &target, &solution);
@@ -197,13 +193,13 @@ fn statuses() {
     // Out of reach.
     let far = Target { position: [9.0, 0.0, 0.0], ..start_of_helix() };
     let q0 = [0.3, 0.2, 0.3, 0.4, 0.6, 0.1];
-    assert_eq!(solver.solve::<6>(&far, &q0).status, SolveStatus::Unreachable);
-    assert!(solver.solve_best::<6>(&far, 5, 1).is_none());
+    assert_eq!(solver.solve(&far, &q0).status, SolveStatus::Unreachable);
+    assert!(solver.solve_best(&far, 5, 1).is_none());
     // One iteration reaches nothing.
-    let hasty = sqp(robot.clone(), milling(), condition(LENGTH), Settings { max_iterations: 1, ..settings() });
-    assert_eq!(hasty.solve::<6>(&start_of_helix(), &q0).status, SolveStatus::Unreachable);
+    let hasty = sqp(robot.clone(), milling(), condition(LENGTH), SqpSettings { max_iterations: 1, ..settings() });
+    assert_eq!(hasty.solve(&start_of_helix(), &q0).status, SolveStatus::Unreachable);
     // A joint whose range excludes the minimum: on the target, at the limit, not converged.
-    let free = solver.solve_best::<6>(&start_of_helix(), 40, 1).unwrap();
+    let free = solver.solve_best(&start_of_helix(), 40, 1).unwrap();
     let mut limits: Limits = robot.limits().clone();
     limits.q_min[5] = free.q[5] + 0.05;
     limits.q_max[5] = free.q[5] + 1.5;
@@ -213,14 +209,14 @@ fn statuses() {
     let mut on = begin[..6].to_vec();
     let reached = reach(tight.robot(), Some(tight.robot().limits()), &milling(), &start_of_helix(), LENGTH, &mut on, 1e-10, 60);
     assert!(reached.error < 1e-9);
-    let solution = tight.solve::<6>(&start_of_helix(), &on);
+    let solution = tight.solve(&start_of_helix(), &on);
     on_target(&tight, &start_of_helix(), &solution);
     assert!(solution.value >= free.value - 1e-9);
     assert_eq!(solution.status, SolveStatus::OnTarget, "{solution:?}");
     assert!(limits.margin(&solution.q[..6]).abs() < 1e-6, "not at its limit: {:e}", limits.margin(&solution.q[..6]));
     // The same start without limits comes back to the free minimum.
-    let loose = sqp(robot.with_limits(limits).unwrap(), milling(), condition(LENGTH), Settings { limits: false, ..settings() });
-    let solution = loose.solve::<6>(&start_of_helix(), &on);
+    let loose = sqp(robot.with_limits(limits).unwrap(), milling(), condition(LENGTH), SqpSettings { limits: false, ..settings() });
+    let solution = loose.solve(&start_of_helix(), &on);
     assert_eq!(solution.status, SolveStatus::Converged);
     assert!((solution.value - free.value).abs() < 1e-9);
 }
@@ -232,20 +228,41 @@ fn limits_as_objective() {
     for index in [Index::JointLimits(JointLimits::new(&[]).unwrap()), Index::LimitBarrier(LimitBarrier::new(&[]).unwrap())] {
         let objective = Objective::new(vec![(1.0, index), (0.1, condition(LENGTH).terms()[0].1.clone())]).unwrap();
         let solver = sqp(robot.clone(), milling(), objective, settings());
-        let best = solver.solve_best::<6>(&start_of_helix(), 30, 3).unwrap();
+        let best = solver.solve_best(&start_of_helix(), 30, 3).unwrap();
         assert_eq!(best.status, SolveStatus::Converged, "{best:?}");
         on_target(&solver, &start_of_helix(), &best);
         local_minimum(&solver, &start_of_helix(), &best);
     }
 }
 
+/// Whatever the arrays, nothing is read or written beyond them.
 #[test]
-fn capacities_agree() {
+fn arrays_of_another_size_lead_nowhere() {
     let solver = sqp(fanuc(), milling(), condition(LENGTH), settings());
-    let q0 = [22.0f64, 58.0, 0.0, 10.0, 40.0, 5.0].map(f64::to_radians);
-    let (a, b) = (solver.solve::<6>(&start_of_helix(), &q0), solver.solve::<16>(&start_of_helix(), &q0));
-    assert_eq!(a.status, b.status);
-    assert!(crate::common::distance(&a.q, &b.q) < 1e-8, "{:?} {:?}", a.q, b.q);
+    for n in [0, 5, 7, 16, 20] {
+        let mut rates = vec![1.0; n];
+        assert_eq!(solver.step(&vec![0.1; n], &[0.1; 6], &mut rates), StepStatus::Limited);
+        assert!(rates.iter().all(|rate| *rate == 0.0));
+        assert_eq!(solver.solve(&start_of_helix(), &vec![0.1; n]).status, SolveStatus::Unreachable);
+        assert!(solver.error(&start_of_helix(), &vec![0.1; n])[0].is_nan());
+        let mut ends = 0;
+        solver.follow(&[start_of_helix()], &vec![0.1; n], &mut Memory::default(), &mut |_| ends += 1);
+        assert_eq!(ends, 1);
+    }
+    assert!(StepStatus::ALL.iter().enumerate().all(|(i, status)| *status as usize == i));
+}
+
+/// Of a joint with one limit, a start and its whole turns are one posture, on the right side of the limit.
+#[test]
+fn solutions_are_turned_into_one_sided_limits() {
+    let mut limits = Limits::none(6);
+    limits.q_max[0] = -4.0;
+    let robot = fanuc().with_limits(limits).unwrap();
+    for seed in 0..3 {
+        let best = sqp(robot.clone(), milling(), condition(LENGTH), settings()).solve_best(&start_of_helix(), 12, seed).unwrap();
+        assert_ne!(best.status, SolveStatus::Unreachable);
+        assert!(best.q[0] <= -4.0 + 1e-9, "{best:?}");
+    }
 }
 
 #[test]
@@ -254,10 +271,9 @@ fn follow_goes_from_point_to_point() {
     let solver = sqp(robot, milling(), condition(LENGTH), settings());
     let targets: Vec<Target> =
         (0..21).map(|i| Target { position: [1.05 + 0.005 * f64::from(i), 1.0 - 0.01 * f64::from(i), 0.0], ..start_of_helix() }).collect();
-    let first = solver.solve_best::<6>(&targets[0], 40, 1).unwrap();
+    let first = solver.solve_best(&targets[0], 40, 1).unwrap();
     let mut points = Vec::new();
-    solver.follow::<6>(&targets, &first.q[..6], |i, point| {
-        assert_eq!(i, points.len());
+    solver.follow(&targets, &first.q[..6], &mut Memory::default(), &mut |point| {
         points.push(*point);
     });
     assert_eq!(points.len(), targets.len());

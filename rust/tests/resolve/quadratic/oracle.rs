@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{Rng, fanuc, iiwa};
+use crate::common::{OwnRow, Rng, fanuc, iiwa};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
 use nalgebra::{DMatrix, DVector};
@@ -10,8 +10,7 @@ use redundancy::index::{Objective, Order};
 use redundancy::internals::kinematics::jacobian;
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::linalg::frame::Frame;
-use redundancy::optimize::qp::Row;
-use redundancy::resolve::{Derivatives, Form, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, Tick};
+use redundancy::resolve::{Derivatives, IndexForm, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver, Resolver, Tick};
 use redundancy::robot::{Convention, DhTable, Limits, Robot};
 use redundancy::task::{Projector, Reference, Task};
 
@@ -56,7 +55,7 @@ impl Case {
     pub fn solver(
         &self,
         index: Option<(&Objective, f64)>,
-        form: Form,
+        form: IndexForm,
         derivatives: Derivatives,
         settings: QuadraticSettings,
     ) -> QuadraticSolver {
@@ -65,7 +64,7 @@ impl Case {
     }
 
     pub fn plain(&self, settings: QuadraticSettings) -> QuadraticSolver {
-        self.solver(None, Form::Curvature, Derivatives::Exact, settings)
+        self.solver(None, IndexForm::Curvature, Derivatives::Exact, settings)
     }
 
     /// The Jacobian, and the projectors of angular and linear motions in one, at a posture.
@@ -91,7 +90,7 @@ impl Case {
     }
 
     /// The objective `x'Hx/2 + g'x` of a tick without an index.
-    pub fn quadratic(&self, settings: &QuadraticSettings, tick: &Tick<'_, C>) -> (DMatrix<f64>, DVector<f64>) {
+    pub fn quadratic(&self, settings: &QuadraticSettings, tick: &Tick<'_>) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.n();
         let (all, projector) = self.matrices(tick.q);
         let square = settings.length * settings.length;
@@ -132,9 +131,9 @@ pub fn posture(rng: &mut Rng, robot: &Robot) -> Vec<f64> {
 
 /// One step with a memory.
 #[inline(never)]
-pub fn step(solver: &QuadraticSolver, tick: &Tick<'_, C>, memory: &mut QuadraticMemory) -> (Vec<f64>, Outcome) {
+pub fn step(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory) -> (Vec<f64>, Outcome) {
     let mut rates = vec![f64::NAN; solver.robot().n()];
-    let outcome = solver.step::<C>(tick, memory, &mut rates);
+    let outcome = solver.step(tick, memory, &mut rates);
     assert!(
         rates.iter().chain(&outcome.deviation).all(|x| x.is_finite()) || tick.twist.iter().any(|x| x.abs() > 1e150),
         "{rates:?} {outcome:?}"
@@ -143,7 +142,7 @@ pub fn step(solver: &QuadraticSolver, tick: &Tick<'_, C>, memory: &mut Quadratic
 }
 
 /// One step without a past.
-pub fn first_step(solver: &QuadraticSolver, tick: &Tick<'_, C>) -> (Vec<f64>, Outcome) {
+pub fn first_step(solver: &QuadraticSolver, tick: &Tick<'_>) -> (Vec<f64>, Outcome) {
     step(solver, tick, &mut QuadraticMemory::default())
 }
 
@@ -163,7 +162,7 @@ pub fn apart(rates: &[f64], expected: &DVector<f64>) -> f64 {
 }
 
 /// Rates within bounds and rows, lower and upper: the cheapest of `x'Hx/2 + g'x`, or `None` where Clarabel finds none.
-pub fn cheapest(h: &DMatrix<f64>, g: &DVector<f64>, bounds: &[(f64, f64)], rows: &[Row<C>]) -> Option<DVector<f64>> {
+pub fn cheapest(h: &DMatrix<f64>, g: &DVector<f64>, bounds: &[(f64, f64)], rows: &[OwnRow<C>]) -> Option<DVector<f64>> {
     let n = g.len();
     let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect::<Vec<_>>();
     let mut all: Vec<(Vec<f64>, f64)> = Vec::new();
@@ -195,16 +194,16 @@ pub fn cheapest(h: &DMatrix<f64>, g: &DVector<f64>, bounds: &[(f64, f64)], rows:
 }
 
 /// The least worst violation of rows within bounds, by a programme in which nothing else counts.
-pub fn least_violation(n: usize, bounds: &[(f64, f64)], rows: &[Row<C>]) -> f64 {
-    let wide = |row: &Row<C>, sign: f64, limit: f64| {
+pub fn least_violation(n: usize, bounds: &[(f64, f64)], rows: &[OwnRow<C>]) -> f64 {
+    let wide = |row: &OwnRow<C>, sign: f64, limit: f64| {
         let mut a = [0.0; C];
         a[..n].copy_from_slice(&row.a[..n]);
         a[..n].iter_mut().for_each(|x| *x *= sign);
         a[n] = 1.0;
-        Row { a, lower: sign * limit, upper: f64::INFINITY }
+        OwnRow { a, lower: sign * limit, upper: f64::INFINITY }
     };
     let both = rows.iter().flat_map(|row| [wide(row, 1.0, row.lower), wide(row, -1.0, row.upper)]);
-    let all: Vec<Row<C>> = both.filter(|row| row.lower.is_finite()).collect();
+    let all: Vec<OwnRow<C>> = both.filter(|row| row.lower.is_finite()).collect();
     // The violation counts so much that what the rest costs changes it by rounding.
     let (h, mut g) = (DMatrix::identity(n + 1, n + 1), DVector::zeros(n + 1));
     g[n] = 1e9;

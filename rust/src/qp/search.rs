@@ -3,7 +3,7 @@
 use super::active::{ActiveSet, Constraint, Side};
 use super::factors::{Factors, dot, size};
 use super::problem::{Problem, Scales, Violated};
-use super::{Solution, Status, most_changes};
+use super::{Minimum, Status, most_changes};
 
 /// A constraint fails when it does so by more than this, relative to the numbers it is made of.
 const FEASIBILITY: f64 = 1e-13;
@@ -31,10 +31,10 @@ pub(super) struct Search<'a, const N: usize, const FULL: bool> {
 impl<'a, const N: usize, const FULL: bool> Search<'a, N, FULL> {
     /// The whole method.
     #[inline(never)]
-    pub fn solve(problem: &'a Problem<'a, N>, start: &ActiveSet<N>) -> Solution<N> {
+    pub fn solve(problem: &'a Problem<'a, N>, start: &ActiveSet<N>) -> Minimum<N> {
         match Self::new(problem) {
             Ok(search) => search.run(start),
-            Err(status) => Solution::unsolved(status),
+            Err(status) => Minimum::unsolved(status),
         }
     }
 
@@ -59,7 +59,7 @@ impl<'a, const N: usize, const FULL: bool> Search<'a, N, FULL> {
     }
 
     #[inline(always)]
-    fn run(mut self, start: &ActiveSet<N>) -> Solution<N> {
+    fn run(mut self, start: &ActiveSet<N>) -> Minimum<N> {
         let status = self.search(start).err().unwrap_or(Status::Solved);
         let mut multipliers = self.multipliers;
         for (value, constraint) in multipliers.iter_mut().zip(self.set.as_slice()) {
@@ -71,7 +71,7 @@ impl<'a, const N: usize, const FULL: bool> Search<'a, N, FULL> {
                 self.x[i] = self.x[i].clamp(self.problem.lower[i], self.problem.upper[i]);
             }
         }
-        Solution { status, x: self.x, active: self.set, multipliers, violated, changes: self.changes }
+        Minimum { status, x: self.x, active: self.set, multipliers, violated, changes: self.changes }
     }
 
     fn search(&mut self, start: &ActiveSet<N>) -> Result<(), Status> {

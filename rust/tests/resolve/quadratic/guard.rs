@@ -1,13 +1,12 @@
 //! Ticks among obstacles that move.
 
 use super::oracle::{C, Case, posture, settings, twist};
-use crate::common::{Rng, iiwa, rngs};
+use crate::common::{OwnRow, Rng, iiwa, rngs, views};
 use proptest::prelude::*;
-use redundancy::collision::{Damping, Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs};
+use redundancy::collision::{Obstacle, Pair, Proximity, Scene, Shape, capsules_along_links, self_pairs};
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::{Vec3, add, scale};
-use redundancy::optimize::qp::Row;
-use redundancy::resolve::{Guard, MAX_NEAR, Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::resolve::{Damper, Guard, MAX_NEAR, Near, Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use redundancy::robot::{Limits, Robot};
 use redundancy::task::Task;
 use std::collections::BTreeMap;
@@ -77,15 +76,16 @@ impl World {
         &mut self,
         settings: QuadraticSettings,
         drive: [f64; 6],
-        rows: &[Row<C>],
+        rows: &[OwnRow<C>],
         memory: &mut QuadraticMemory,
     ) -> (Vec<f64>, Outcome, usize) {
         let solver = self.case.plain(settings);
         let mut rates = vec![f64::NAN; 7];
-        let tick = Tick { q: &self.q, twist: drive, stiffness: 1e4, rows };
-        let mut guard = Guard::new(&mut self.scene, Damping::new(INFLUENCE, SECURITY, GAIN).unwrap());
-        let outcome = guard.step::<C>(&solver, &tick, memory, &mut rates).unwrap();
-        let count = guard.count;
+        let tick = Tick { q: &self.q, twist: drive, stiffness: 1e4, rows: &views(rows, 7) };
+        let (damper, mut near) = (Damper::new(INFLUENCE, SECURITY, GAIN).unwrap(), Near::default());
+        let mut guard = Guard { scene: &mut self.scene, damper, near: &mut near };
+        let outcome = guard.step(&solver, &tick, memory, &mut rates).unwrap();
+        let count = near.pairs().len();
         assert!(rates.iter().all(|x| x.is_finite() && x.abs() <= 4.0));
         (rates, outcome, count)
     }
@@ -188,8 +188,8 @@ proptest! {
         let rng = &mut Rng(seed);
         let mut world = World::new(rng, 4, 0.0);
         let settings = QuadraticSettings { dt: 1e-3, ..settings(rng, true) };
-        let stopped = Row { a: std::array::from_fn(|i| f64::from(u8::from(i == 2))), lower: 0.0, upper: 0.0 };
-        let never = Row { a: std::array::from_fn(|i| f64::from(u8::from(i == 3))), lower: 100.0, upper: 200.0 };
+        let stopped = OwnRow { a: std::array::from_fn(|i| f64::from(u8::from(i == 2))), lower: 0.0, upper: 0.0 };
+        let never = OwnRow { a: std::array::from_fn(|i| f64::from(u8::from(i == 3))), lower: 100.0, upper: 200.0 };
         let drive = twist(rng, 0.3);
         let (rates, outcome, _) = world.step(settings, drive, &[stopped], &mut QuadraticMemory::default());
         prop_assert!(rates[2].abs() < 1e-9 || outcome.status == QuadraticStatus::Infeasible);
@@ -203,8 +203,9 @@ proptest! {
 fn bad_postures_are_an_error() {
     let mut world = World::new(&mut Rng(1), 1, 0.0);
     let solver = world.case.plain(settings(&mut Rng(2), true));
-    let mut guard = Guard::new(&mut world.scene, Damping::new(INFLUENCE, SECURITY, GAIN).unwrap());
+    let (damper, mut near) = (Damper::new(INFLUENCE, SECURITY, GAIN).unwrap(), Near::default());
+    let mut guard = Guard { scene: &mut world.scene, damper, near: &mut near };
     let (q, mut rates) = ([f64::NAN; 7], [0.0; 7]);
-    let tick = Tick::<C> { q: &q, twist: [0.0; 6], stiffness: 1.0, rows: &[] };
+    let tick = Tick { q: &q, twist: [0.0; 6], stiffness: 1.0, rows: &[] };
     assert!(guard.step(&solver, &tick, &mut QuadraticMemory::default(), &mut rates).is_err());
 }

@@ -40,7 +40,7 @@ pub struct Constraint {
 
 /// At most `N` constraints: those that hold with equality at a solution, or a guess of them.
 #[derive(Debug, Clone, Copy)]
-pub struct ActiveSet<const N: usize> {
+pub(crate) struct ActiveSet<const N: usize> {
     items: [Constraint; N],
     count: usize,
 }

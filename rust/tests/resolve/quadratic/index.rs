@@ -5,9 +5,9 @@ use crate::common::{Rng, evaluate, iiwa, rngs};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use redundancy::index::{Evaluation, Index, JointLimits, Kind, Objective, Order, Rows, differences};
+use redundancy::internals::resolve::direct_update;
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::optimize::direct_update;
-use redundancy::resolve::{Derivatives, Form, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
+use redundancy::resolve::{Derivatives, IndexForm, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use redundancy::robot::Robot;
 use redundancy::task::Task;
 use std::sync::Arc;
@@ -45,10 +45,10 @@ fn the_printed_form_is_not_convex_for_large_weights() {
         let weight = 2.0 * (1.0 + tick.stiffness * 20.0) / (-lowest * settings.dt * settings.dt);
         let answer = |form, weight| first_step(&case.solver(Some((&objective, weight)), form, Derivatives::Exact, settings), &tick);
         let (plain, _) = first_step(&case.plain(settings), &tick);
-        let (rates, outcome) = answer(Form::Printed, weight);
+        let (rates, outcome) = answer(IndexForm::Printed, weight);
         assert_eq!((outcome.status, &rates), (QuadraticStatus::NotConvex, &plain));
         refused += 1;
-        for form in [Form::Curvature, Form::Equality] {
+        for form in [IndexForm::Curvature, IndexForm::Equality] {
             let (rates, outcome) = answer(form, weight);
             assert!(matches!(outcome.status, QuadraticStatus::Solved | QuadraticStatus::Relaxed), "{outcome:?}");
             // Downhill, more than the task alone would.
@@ -57,12 +57,12 @@ fn the_printed_form_is_not_convex_for_large_weights() {
             assert!(rates.iter().all(|x| x.is_finite()));
         }
         // An equality costs nothing beyond its own value.
-        let (rates, _) = answer(Form::Equality, weight);
+        let (rates, _) = answer(IndexForm::Equality, weight);
         let reached = value.abs() + settings.dt * gradient.dot(&DVector::from_column_slice(&rates));
         assert!(reached >= -1e-9 && reached <= value.abs() + settings.dt * gradient.dot(&DVector::from_column_slice(&plain)) + 1e-9);
         // Where the whole is convex, both forms with a curvature are one.
         let small = 0.4 / (-lowest * settings.dt * settings.dt);
-        let (one, two) = (answer(Form::Printed, small), answer(Form::Curvature, small));
+        let (one, two) = (answer(IndexForm::Printed, small), answer(IndexForm::Curvature, small));
         assert_eq!(one, two);
     }
     assert!(refused > 100, "{refused}");
@@ -150,7 +150,7 @@ proptest! {
         let case = Case { robot: Arc::new(iiwa()), task: Task::FULL };
         let settings = QuadraticSettings { dt: 0.02, ..settings(rng, false) };
         let (objective, weight) = (condition(), 1.0);
-        let solver = case.solver(Some((&objective, weight)), Form::Curvature, Derivatives::Bfgs, settings);
+        let solver = case.solver(Some((&objective, weight)), IndexForm::Curvature, Derivatives::Bfgs, settings);
         let (mut q, drive) = (posture(rng, &case.robot), twist(rng, 0.3));
         let (mut memory, mut known, mut last) = (QuadraticMemory::default(), DMatrix::zeros(7, 7), None::<(Vec<f64>, DVector<f64>)>);
         for _ in 0..30 {
@@ -244,11 +244,11 @@ fn sources_of_derivatives_agree() {
         }
         compared += 1;
         let tick = Tick { q: &q, twist: twist(rng, 0.3), stiffness: 100.0, rows: &[] };
-        for form in [Form::Curvature, Form::Equality] {
+        for form in [IndexForm::Curvature, IndexForm::Equality] {
             let rates = |derivatives| first_step(&case.solver(Some((&objective, 10.0)), form, derivatives, settings), &tick).0;
             let exact = DVector::from_vec(rates(Derivatives::Exact));
             assert!(apart(&rates(Derivatives::Differences(1e-4)), &exact) < 1e-4, "{form:?}");
-            if form == Form::Equality {
+            if form == IndexForm::Equality {
                 assert_eq!(rates(Derivatives::Bfgs), exact.as_slice(), "eq. 14 asks for no Hessian");
             }
         }

@@ -1,18 +1,17 @@
 //! Rows are kept where they can be; where they exclude each other, the worst violation is as small as can be.
 
 use super::oracle::{C, Case, cheapest, first_step, least_violation, posture, settings, twist};
-use crate::common::{Rng, rngs};
+use crate::common::{OwnRow, Rng, rngs, views};
 use nalgebra::DVector;
 use proptest::prelude::*;
-use redundancy::optimize::qp::Row;
 use redundancy::resolve::{QuadraticSettings, QuadraticStatus, Tick};
 
-fn value(row: &Row<C>, rates: &[f64]) -> f64 {
+fn value(row: &OwnRow<C>, rates: &[f64]) -> f64 {
     row.a.iter().zip(rates).map(|(a, x)| a * x).sum()
 }
 
 /// By how much a row fails.
-fn violation(row: &Row<C>, rates: &[f64]) -> f64 {
+fn violation(row: &OwnRow<C>, rates: &[f64]) -> f64 {
     (row.lower - value(row, rates)).max(value(row, rates) - row.upper).max(0.0)
 }
 
@@ -21,11 +20,11 @@ fn normal(rng: &mut Rng, n: usize) -> [f64; C] {
 }
 
 /// Rates within the bounds, and rows that they satisfy, some with equality.
-fn feasible(rng: &mut Rng, bounds: &[(f64, f64)], count: usize) -> (Vec<f64>, Vec<Row<C>>) {
+fn feasible(rng: &mut Rng, bounds: &[(f64, f64)], count: usize) -> (Vec<f64>, Vec<OwnRow<C>>) {
     let inside: Vec<f64> = bounds.iter().map(|(low, high)| rng.within(low.max(-1.0), high.min(1.0))).collect();
     let mut rows = Vec::new();
     for _ in 0..count {
-        let mut row = Row { a: normal(rng, bounds.len()), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
+        let mut row = OwnRow { a: normal(rng, bounds.len()), lower: f64::NEG_INFINITY, upper: f64::INFINITY };
         let at = value(&row, &inside);
         match rng.below(4) {
             0 => row.lower = at,
@@ -59,7 +58,7 @@ proptest! {
         let (settings, q) = (settings(rng, true), posture(rng, &case.robot));
         let bounds = speeds(&case, &q, settings.dt);
         let (inside, rows) = feasible(rng, &bounds, count);
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(rng.within(0.0, 4.0)), rows: &rows };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(rng.within(0.0, 4.0)), rows: &views(&rows, q.len()) };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert!(outcome.status != QuadraticStatus::Infeasible && outcome.failed == 0, "{:?}", outcome);
         for row in &rows {
@@ -86,15 +85,15 @@ proptest! {
         if rng.below(2) == 0 {
             // Against each other.
             let middle = rng.within(-0.5, 0.5);
-            rows.push(Row { a, lower: middle + 0.5 * gap, upper: f64::INFINITY });
-            rows.push(Row { a, lower: f64::NEG_INFINITY, upper: middle - 0.5 * gap });
+            rows.push(OwnRow { a, lower: middle + 0.5 * gap, upper: f64::INFINITY });
+            rows.push(OwnRow { a, lower: f64::NEG_INFINITY, upper: middle - 0.5 * gap });
         } else {
             // Against the bounds of joints.
             let most: f64 = (0..case.n()).map(|i| (a[i] * bounds[i].0).max(a[i] * bounds[i].1)).sum();
             prop_assume!(most.is_finite());
-            rows.push(Row { a, lower: most + gap, upper: f64::INFINITY });
+            rows.push(OwnRow { a, lower: most + gap, upper: f64::INFINITY });
         }
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &rows };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &views(&rows, q.len()) };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert_eq!(outcome.status, QuadraticStatus::Infeasible);
         for (x, (low, high)) in rates.iter().zip(&bounds) {
@@ -128,7 +127,7 @@ proptest! {
         let followed = all * DVector::from_column_slice(&inside);
         let part = |i: usize| if i < 3 { most.0 } else { most.1 };
         let twist = std::array::from_fn(|i| followed[i] + 0.9 * part(i) * rng.within(-1.0, 1.0));
-        let tick = Tick { q: &q, twist, stiffness: 1e-2, rows: &rows };
+        let tick = Tick { q: &q, twist, stiffness: 1e-2, rows: &views(&rows, q.len()) };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert!(outcome.failed == 0 && outcome.status != QuadraticStatus::Infeasible, "{:?}", outcome);
         let left = case.left(&q, &tick.twist, &rates);
@@ -155,8 +154,8 @@ proptest! {
         let r = (0..6).max_by(|a, b| wanted[*a].abs().total_cmp(&wanted[*b].abs())).unwrap();
         let task = projector * all;
         prop_assume!(wanted[r].abs() > 0.02);
-        let rows = [Row { a: std::array::from_fn(|i| if i < case.n() { task[(r, i)] } else { 0.0 }), lower: 0.0, upper: 0.0 }];
-        let tick = Tick { q: &q, twist, stiffness: 1e4, rows: &rows };
+        let rows = [OwnRow { a: std::array::from_fn(|i| if i < case.n() { task[(r, i)] } else { 0.0 }), lower: 0.0, upper: 0.0 }];
+        let tick = Tick { q: &q, twist, stiffness: 1e4, rows: &views(&rows, q.len()) };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert_eq!(outcome.failed, 0);
         prop_assert!(matches!(outcome.status, QuadraticStatus::Relaxed | QuadraticStatus::Limited), "{:?}", outcome);

@@ -1,0 +1,104 @@
+"""One tick with cold caches, as in a control loop that sleeps between ticks, for several trees of the package in turn.
+
+Between ticks a block of twice the last-level cache is walked through, so that code and data have to come from memory.
+
+    python -m benches.python.cold old=/path/to/another/checkout/python new=python
+
+Each tree is a folder with `redundancy` in it and has a process of its own; the processes take turns, tick by tick.
+"""
+
+import statistics
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import perf_counter_ns
+
+TICKS = 60
+ROWS = ("nothing", "twist decomposition", "programme")
+
+
+def cache_size() -> int:
+    """Bytes of the largest cache; 32 MB where the system does not tell."""
+    units = {"K": 2**10, "M": 2**20}
+    sizes = [file.read_text().strip() for file in Path("/sys/devices/system/cpu/cpu0/cache").glob("index*/size")]
+    return max([int(size[:-1]) * units[size[-1]] for size in sizes if size[-1] in units], default=2**25)
+
+
+def serve() -> None:
+    """Answer every line `chain row` on standard input with the nanoseconds of one cold tick."""
+    import numpy as np
+
+    block = np.zeros(2 * cache_size() // 8)
+    calls: dict[str, Iterator[Callable[[], object]]] = {}
+    for line in sys.stdin:
+        name = line.strip()
+        if name not in calls:
+            calls[name] = ticks(*name.split(" ", 1))
+        call = next(calls[name])
+        block[::8] += 1.0
+        start = perf_counter_ns()
+        call()
+        print(perf_counter_ns() - start, flush=True)
+
+
+def ticks(chain: str, row: str) -> Iterator[Callable[[], object]]:
+    """Steps from one posture after the other."""
+    import numpy as np
+    import redundancy as rd
+
+    from .chains import CHAINS
+
+    robot, task = CHAINS[chain].robot(), rd.Task.axisymmetric()
+    low, high = np.maximum(robot.q_min, -np.pi) + 1e-3, np.minimum(robot.q_max, np.pi) - 1e-3
+    postures = [np.clip(q, low, high) for q in CHAINS[chain].postures()]
+    twist, rates = np.array([0.1, -0.05, 0.02, 0.05, 0.1, -0.1]), np.empty(robot.n)
+    condition = rd.ConditionNumber(0.48, squared=True)
+    rate = rd.TwistDecomposition(robot, task, condition + 0.1 * rd.JointLimits())
+    program = rd.QuadraticProgram(robot, task, condition, weight=0.1, dt=0.01, length=0.48)
+    while True:
+        for q in postures:
+            if row == "nothing":
+                yield lambda: None
+            elif row == "twist decomposition":
+                yield lambda q=q: rate.step(q, twist, out=rates)  # type: ignore[misc]
+            else:
+                yield lambda q=q: program.step(q, twist, out=rates)  # type: ignore[misc]
+
+
+def main(trees: dict[str, str]) -> None:
+    """Print the medians in microseconds and their ratio to the first tree's."""
+    root = Path(__file__).parents[2]
+    code = f"import sys; sys.path[:0] = [sys.argv[1], {str(root)!r}]; from benches.python.cold import serve; serve()"
+    workers = {
+        name: subprocess.Popen(
+            [sys.executable, "-c", code, tree], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+        )
+        for name, tree in trees.items()
+    }
+
+    def ask(worker: "subprocess.Popen[str]", name: str) -> int:
+        assert worker.stdin
+        assert worker.stdout
+        print(name, file=worker.stdin, flush=True)
+        return int(worker.stdout.readline())
+
+    for chain in ("6R", "7R"):
+        for row in ROWS:
+            times: dict[str, list[int]] = {name: [] for name in workers}
+            for tick in range(TICKS + 5):
+                for name, worker in workers.items():
+                    time = ask(worker, f"{chain} {row}")
+                    if tick >= 5:
+                        times[name].append(time)
+            medians = {name: statistics.median(values) / 1e3 for name, values in times.items()}
+            first = next(iter(medians.values()))
+            parts = [f"{name} {median:7.2f} us ({median / first:.2f})" for name, median in medians.items()]
+            print(f"{chain} {row:20}", *parts, sep="  ", flush=True)
+    for worker in workers.values():
+        worker.kill()
+
+
+if __name__ == "__main__":
+    here = {"here": str(Path(__file__).parents[2] / "python")}
+    main(dict(argument.split("=", 1) for argument in sys.argv[1:]) or here)

@@ -1,0 +1,65 @@
+//! Results of several parts as named tuples: they unpack, and each part has a name.
+
+use pyo3::call::PyCallArgs;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyType};
+
+/// A class of results of the module.
+pub struct Named {
+    name: &'static str,
+    fields: &'static [&'static str],
+    doc: &'static str,
+    class: PyOnceLock<Py<PyType>>,
+}
+
+/// One target: what `solve` answers.
+pub static SOLUTION: Named = Named {
+    name: "Solution",
+    fields: &["q", "value", "status", "iterations"],
+    doc: "A posture on a target: q (n,) [rad or m], value of the objective, status in words, and steps.",
+    class: PyOnceLock::new(),
+};
+
+/// Many targets: what `follow_chunk` answers.
+pub static PATH_SOLUTION: Named = Named {
+    name: "PathSolution",
+    fields: &["q", "value", "position_error", "axis_error", "status", "iterations"],
+    doc: "Postures q (N, n) [rad or m] on N targets with the values of the objective, the errors [m, rad], each (N,), the status of each in words, and \
+          steps altogether.",
+    class: PyOnceLock::new(),
+};
+
+/// What `solve_qp` answers.
+pub static QP_SOLUTION: Named = Named {
+    name: "QPSolution",
+    fields: &["x", "status", "bound_multipliers", "row_multipliers", "changes"],
+    doc: "The minimiser x (n,) of a programme, its status in words, the multipliers of bounds (n,) and rows (m,), and changes of the working set.",
+    class: PyOnceLock::new(),
+};
+
+impl Named {
+    fn class<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyType>> {
+        let class = self.class.get_or_try_init(py, || {
+            let options = PyDict::new(py);
+            options.set_item("module", "redundancy._core")?;
+            let class = py.import("collections")?.getattr("namedtuple")?.call((self.name, self.fields.to_vec()), Some(&options))?;
+            class.setattr("__doc__", self.doc)?;
+            Ok::<_, PyErr>(class.cast_into::<PyType>()?.unbind())
+        })?;
+        Ok(class.bind(py))
+    }
+
+    /// A result of its parts.
+    pub fn make<'py>(&self, py: Python<'py>, parts: impl PyCallArgs<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.class(py)?.call1(parts)
+    }
+}
+
+/// Adds the classes to the module.
+pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    for named in [&SOLUTION, &PATH_SOLUTION, &QP_SOLUTION] {
+        module.add(named.name, named.class(module.py())?)?;
+    }
+    Ok(())
+}

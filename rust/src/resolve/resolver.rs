@@ -1,0 +1,183 @@
+//! What all solvers have in common: a posture on a target, the best of many, a path from target to target.
+
+use std::sync::Arc;
+
+use super::rate::Memory;
+use crate::kinematics::sized::forward;
+use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, Row6};
+use crate::robot::{RandomPostures, Robot};
+use crate::task::{Target, Task};
+
+/// Error of a posture that counts as on target [rad, m].
+pub const ON_TARGET: f64 = 1e-9;
+/// How far a posture may be beyond a limit, by rounding, and still count as within [rad or m].
+const BEYOND: f64 = 1e-9;
+/// Relative difference of values that count as the same.
+const TIE: f64 = 1e-9;
+/// Difference of squared distances from the middle of the ranges that counts as none [rad^2].
+const SAME_DISTANCE: f64 = 1e-6;
+
+/// How a step of a control loop came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum StepStatus {
+    /// Task and secondary task as wanted.
+    Regular,
+    /// Nearly singular: the step is damped.
+    Damped,
+    /// The objective could not be evaluated or has no derivatives here: task only.
+    TaskOnly,
+    /// Slowed down, or stopped at a limit.
+    Limited,
+}
+
+impl StepStatus {
+    /// All of them, each at its own number.
+    pub const ALL: [Self; 4] = [Self::Regular, Self::Damped, Self::TaskOnly, Self::Limited];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Regular => "regular",
+            Self::Damped => "damped",
+            Self::TaskOnly => "task only",
+            Self::Limited => "limited",
+        }
+    }
+}
+
+/// How the search for a posture ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolveStatus {
+    /// On the target, at a minimum of the objective.
+    Converged,
+    /// On the target, at the least value that the limits allow or before the objective settled.
+    OnTarget,
+    /// Not on the target: unreachable within limits, or singular on the way.
+    Unreachable,
+}
+
+impl SolveStatus {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::OnTarget => "on target",
+            Self::Unreachable => "unreachable",
+        }
+    }
+}
+
+/// A posture on (or nearest found to) a target.
+#[derive(Debug, Clone, Copy)]
+pub struct Solution {
+    /// Joints; the first n count.
+    pub q: [f64; MAX_JOINTS],
+    /// Objective there, NaN without.
+    pub value: f64,
+    /// Distance of the tool point to the target [m].
+    pub position_error: f64,
+    /// Angle to the target's orientation or axis [rad].
+    pub angle_error: f64,
+    /// How it ended.
+    pub status: SolveStatus,
+    /// Steps.
+    pub iterations: usize,
+}
+
+impl Solution {
+    /// What is answered to a start of another number of joints than the robot's.
+    pub(super) fn nowhere() -> Self {
+        let nan = f64::NAN;
+        Self { q: [0.0; MAX_JOINTS], value: nan, position_error: nan, angle_error: nan, status: SolveStatus::Unreachable, iterations: 0 }
+    }
+}
+
+/// A method that resolves the redundancy of a robot for a task, as far as targets are concerned.
+pub trait Resolver: Sync {
+    /// The robot.
+    fn robot(&self) -> &Arc<Robot>;
+
+    /// The task.
+    fn task(&self) -> &Task;
+
+    /// Whether position limits hold.
+    fn keeps_limits(&self) -> bool;
+
+    /// From `q0` to a target, where `memory` is what earlier targets of the same path left. A `q0` of another number of joints than the robot's
+    /// leads nowhere: unreachable, with NaN errors.
+    fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution;
+
+    /// Makes a random posture a start for [`Resolver::solve`]; false where nothing starts from it.
+    fn prepare(&self, _target: &Target, _q: &mut [f64]) -> bool {
+        true
+    }
+
+    /// From `q0` to a target.
+    fn solve(&self, target: &Target, q0: &[f64]) -> Solution {
+        self.solve_next(target, q0, &mut Memory::default())
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at `q` to a target, as far as the task looks at it [rad, m]; NaN for a `q` of
+    /// another number of joints than the robot's.
+    fn error(&self, target: &Target, q: &[f64]) -> Row6 {
+        let (robot, n) = (self.robot(), self.robot().n());
+        if q.len() == n { with_capacity!(n, error(robot, self.task(), target, q)) } else { [f64::NAN; 6] }
+    }
+
+    /// Along the targets, each from the posture of the one before; `each` is told of every solution.
+    fn follow(&self, targets: &[Target], q0: &[f64], memory: &mut Memory, each: &mut dyn FnMut(&Solution)) {
+        let n = q0.len().min(MAX_JOINTS);
+        let mut q = [0.0; MAX_JOINTS];
+        q[..n].copy_from_slice(&q0[..n]);
+        for target in targets {
+            let solution = self.solve_next(target, &q[..n], memory);
+            q = solution.q;
+            each(&solution);
+        }
+    }
+
+    /// The best solution from `starts` random postures within the limits, without whole turns; `None` if the target was never reached, or never
+    /// within the limits where these hold.
+    fn solve_best(&self, target: &Target, starts: usize, seed: u64) -> Option<Solution> {
+        let robot = self.robot();
+        let n = robot.n();
+        let mut postures = RandomPostures::new(seed);
+        let mut best: Option<Solution> = None;
+        for _ in 0..starts {
+            let mut q = [0.0; MAX_JOINTS];
+            postures.fill(robot, &mut q[..n]);
+            if !self.prepare(target, &mut q[..n]) {
+                continue;
+            }
+            let mut solution = self.solve(target, &q[..n]);
+            robot.turn(&mut solution.q[..n]);
+            let inside = !self.keeps_limits() || robot.limits().margin(&solution.q[..n]) >= -BEYOND;
+            let good = solution.status != SolveStatus::Unreachable && inside;
+            if good && best.as_ref().is_none_or(|best| prefers(robot, &solution, best)) {
+                best = Some(solution);
+            }
+        }
+        best
+    }
+}
+
+fn error<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> Row6 {
+    let ([a, b, c], [x, y, z]) = task.error(&forward::<C>(robot, q), target);
+    [a, b, c, x, y, z]
+}
+
+/// Whether solution `a` is better than `b`: by value, and among equals (mirrored postures, or nothing to value them by) by distance from the
+/// middle of the ranges.
+fn prefers(robot: &Robot, a: &Solution, b: &Solution) -> bool {
+    let defined = |s: &Solution| !s.value.is_nan();
+    let same = a.value == b.value || (a.value - b.value).abs() <= TIE * b.value.abs();
+    if defined(a) != defined(b) {
+        return defined(a);
+    }
+    if defined(a) && !same {
+        return a.value < b.value;
+    }
+    let distance = |s: &Solution| robot.distance_from_middle(&s.q[..robot.n()]);
+    distance(a) < distance(b) - SAME_DISTANCE
+}

@@ -1,0 +1,5 @@
+//! The solvers: rates, programmes, postures on targets.
+
+mod quadratic;
+mod rate;
+mod solve;
