@@ -10,6 +10,7 @@ mod inverse;
 mod linalg;
 mod optimize;
 mod plan;
+mod planner;
 mod qp;
 mod resolve;
 mod robustness;
