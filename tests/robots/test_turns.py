@@ -77,7 +77,7 @@ def target(robot: rd.Robot) -> F64:
 @pytest.mark.parametrize("sides", [(-np.inf, -4.0), (4.0, np.inf)])
 def test_solvers_answer_within_a_limit_on_one_side(sides: tuple[float, float]) -> None:
     robot = limited(*sides)
-    solvers = [
+    solvers: list[rd.OrthogonalSQP | rd.TwistDecomposition | rd.QuadraticProgram] = [
         rd.OrthogonalSQP(robot, TASK, KAPPA),
         rd.TwistDecomposition(robot, TASK, KAPPA),
         rd.QuadraticProgram(robot, TASK, KAPPA),
