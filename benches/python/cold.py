@@ -66,37 +66,47 @@ def ticks(chain: str, row: str) -> Iterator[Callable[[], object]]:
                 yield lambda q=q: program.step(q, twist, out=rates)  # type: ignore[misc]
 
 
-def main(trees: dict[str, str]) -> None:
-    """Print the medians in microseconds and their ratio to the first tree's."""
-    root = Path(__file__).parents[2]
-    code = f"import sys; sys.path[:0] = [sys.argv[1], {str(root)!r}]; from benches.python.cold import serve; serve()"
-    workers = {
-        name: subprocess.Popen(
-            [sys.executable, "-c", code, tree], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-        )
-        for name, tree in trees.items()
-    }
+class Workers:
+    """A process for each tree, which answers lines of a module of this folder; asked one after the other."""
 
-    def ask(worker: "subprocess.Popen[str]", name: str) -> int:
+    def __init__(self, trees: dict[str, str], module: str) -> None:
+        root = Path(__file__).parents[2]
+        path = f"import sys; sys.path[:0] = [sys.argv[1], {str(root)!r}]"
+        code = f"{path}; from benches.python.{module} import serve; serve()"
+        pipe = subprocess.PIPE
+        self._workers = [
+            subprocess.Popen([sys.executable, "-c", code, tree], stdin=pipe, stdout=pipe, text=True, bufsize=1)
+            for tree in trees.values()
+        ]
+
+    def ask(self, line: str) -> list[int]:
+        """Return what each tree answers to a line."""
+        return [self._answer(worker, line) for worker in self._workers]
+
+    @staticmethod
+    def _answer(worker: "subprocess.Popen[str]", line: str) -> int:
         assert worker.stdin
         assert worker.stdout
-        print(name, file=worker.stdin, flush=True)
+        print(line, file=worker.stdin, flush=True)
         return int(worker.stdout.readline())
 
+    def stop(self) -> None:
+        """End the processes."""
+        for worker in self._workers:
+            worker.kill()
+            worker.wait()
+
+
+def main(trees: dict[str, str]) -> None:
+    """Print the medians in microseconds and their ratio to the first tree's."""
+    workers = Workers(trees, "cold")
     for chain in ("6R", "7R"):
         for row in ROWS:
-            times: dict[str, list[int]] = {name: [] for name in workers}
-            for tick in range(TICKS + 5):
-                for name, worker in workers.items():
-                    time = ask(worker, f"{chain} {row}")
-                    if tick >= 5:
-                        times[name].append(time)
-            medians = {name: statistics.median(values) / 1e3 for name, values in times.items()}
-            first = next(iter(medians.values()))
-            parts = [f"{name} {median:7.2f} us ({median / first:.2f})" for name, median in medians.items()]
+            times = [workers.ask(f"{chain} {row}") for _ in range(TICKS + 5)][5:]
+            medians = [statistics.median(column) / 1e3 for column in zip(*times, strict=True)]
+            parts = [f"{n} {m:7.2f} us ({m / medians[0]:.2f})" for n, m in zip(trees, medians, strict=True)]
             print(f"{chain} {row:20}", *parts, sep="  ", flush=True)
-    for worker in workers.values():
-        worker.kill()
+    workers.stop()
 
 
 if __name__ == "__main__":
