@@ -78,7 +78,7 @@ class Tracking:
     rates : ndarray, shape (N, n)
         Rates from each posture to the next [rad/s or m/s].
     deviation : ndarray, shape (N, 6)
-        The part of the twist that was not followed, [omega; v] [rad/s, m/s].
+        The part of the twist that was not followed, [omega; v] in rad/s and m/s.
     distance : ndarray, shape (N + 1,)
         Smallest distance to obstacles and between bodies [m]; infinite without a scene.
     status : list of str
