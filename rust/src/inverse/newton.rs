@@ -32,6 +32,12 @@ fn size_of((w, v): (Vec3, Vec3), length: f64) -> f64 {
     norm(w).max(norm(v) / length)
 }
 
+/// The motion [w; v] that takes the tool at `q` to the target: [`Task::error`].
+#[inline(never)]
+pub(crate) fn error_at<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> (Vec3, Vec3) {
+    task.error(&forward::<C>(robot, q), target)
+}
+
 /// Moves `q` towards the target until the error is below `tolerance`, staying within position limits, if any are given; leaves it at the nearest
 /// posture found.
 ///
@@ -67,7 +73,7 @@ pub(crate) fn reach_sized<const C: usize>(
 ) -> Reach {
     let n = size::<C>(robot.n());
     let (mut refused, mut caution) = (0, 1.0);
-    let mut error = size_of(task.error(&forward::<C>(robot, q), target), length);
+    let mut error = size_of(error_at::<C>(robot, task, target, q), length);
     for iterations in 0..max_iterations {
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
@@ -80,7 +86,7 @@ pub(crate) fn reach_sized<const C: usize>(
                 trial[i] = trial[i].clamp(limits.q_min[i], limits.q_max[i]);
             }
         }
-        let next = size_of(task.error(&forward::<C>(robot, &trial[..n]), target), length);
+        let next = size_of(error_at::<C>(robot, task, target, &trial[..n]), length);
         if next < error {
             // Steps that hardly help will not get there.
             refused = if next > 0.99 * error { refused + 1 } else { 0 };
