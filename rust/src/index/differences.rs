@@ -20,7 +20,7 @@ pub fn differences(objective: &Objective, robot: &Robot, q: &[f64], order: Order
 
 /// The same by capacity.
 pub fn sized<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], order: Order, step: f64) -> Evaluation<C> {
-    let mut value = |q: &[f64]| Ok::<_, Infallible>(objective.evaluate_sized::<C>(robot, q, Order::Value, false).value);
+    let mut value = |q: &[f64]| Ok::<_, Infallible>(objective.value_sized::<C>(robot, q));
     let mut out = Evaluation::zero();
     let Ok(here) = value(q);
     out.value = here;

@@ -232,6 +232,12 @@ impl Objective {
         sum
     }
 
+    /// The value at a posture.
+    #[inline(never)]
+    pub(crate) fn value_sized<const C: usize>(&self, robot: &Robot, q: &[f64]) -> f64 {
+        self.evaluate_sized::<C>(robot, q, Order::Value, false).value
+    }
+
     /// Value and derivatives at a posture.
     #[inline(always)]
     pub(crate) fn evaluate_sized<const C: usize>(&self, robot: &Robot, q: &[f64], order: Order, with_length: bool) -> Evaluation<C> {

@@ -32,6 +32,12 @@ fn size_of((w, v): (Vec3, Vec3), length: f64) -> f64 {
     norm(w).max(norm(v) / length)
 }
 
+/// The motion [w; v] that takes the tool at `q` to the target: [`Task::error`].
+#[inline(never)]
+pub(crate) fn error_at<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> (Vec3, Vec3) {
+    task.error(&forward::<C>(robot, q), target)
+}
+
 /// Moves `q` towards the target until the error is below `tolerance`, staying within position limits, if any are given; leaves it at the nearest
 /// posture found.
 ///
@@ -67,12 +73,13 @@ pub(crate) fn reach_sized<const C: usize>(
 ) -> Reach {
     let n = size::<C>(robot.n());
     let (mut refused, mut caution) = (0, 1.0);
-    let mut error = size_of(task.error(&forward::<C>(robot, q), target), length);
+    let mut motion = error_at::<C>(robot, task, target, q);
+    let mut error = size_of(motion, length);
     for iterations in 0..max_iterations {
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        let step = step_towards::<C>(robot, limits, task, target, length, q, caution);
+        let step = step_towards::<C>(robot, limits, task, motion, length, q, caution);
         let mut trial = [0.0; C];
         for i in 0..n {
             trial[i] = q[i] + step[i];
@@ -80,12 +87,13 @@ pub(crate) fn reach_sized<const C: usize>(
                 trial[i] = trial[i].clamp(limits.q_min[i], limits.q_max[i]);
             }
         }
-        let next = size_of(task.error(&forward::<C>(robot, &trial[..n]), target), length);
+        let there = error_at::<C>(robot, task, target, &trial[..n]);
+        let next = size_of(there, length);
         if next < error {
             // Steps that hardly help will not get there.
             refused = if next > 0.99 * error { refused + 1 } else { 0 };
             caution = f64::max(0.3 * caution, 1e-3);
-            error = next;
+            (motion, error) = (there, next);
             q.copy_from_slice(&trial[..n]);
         } else {
             refused += 1;
@@ -95,20 +103,19 @@ pub(crate) fn reach_sized<const C: usize>(
     Reach { error, iterations: max_iterations }
 }
 
-/// One damped step; joints that stand at a limit and would cross it are held, and the others make up for them.
+/// One damped step along the motion [w; v] that is left; joints that stand at a limit and would cross it are held, and the others make up for them.
 #[inline(always)]
 fn step_towards<const C: usize>(
     robot: &Robot,
     limits: Option<&Limits>,
     task: &Task,
-    target: &Target,
+    (w, v): (Vec3, Vec3),
     length: f64,
     q: &[f64],
     caution: f64,
 ) -> [f64; C] {
     let n = size::<C>(robot.n());
     let (tool, columns) = jacobian::<C>(robot, q);
-    let (w, v) = task.error(&tool, target);
     let directions = task.directions(&tool, length);
     let b = directions.reduce(w, v);
     let mut rows = directions.rows(&columns);

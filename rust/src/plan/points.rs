@@ -56,7 +56,7 @@ impl PathProblem {
     pub(super) fn values_at<const C: usize>(&self, q: &[[f64; C]]) -> Vec<f64> {
         let n = size::<C>(self.n());
         let Some(objective) = &self.objective else { return vec![0.0; q.len()] };
-        let one = |q: &[f64; C]| objective.evaluate_sized::<C>(&self.robot, &q[..n], Order::Value, false).value;
+        let one = |q: &[f64; C]| objective.value_sized::<C>(&self.robot, &q[..n]);
         if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(CHUNK).map(one).collect() }
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
-use crate::kinematics::sized::forward;
+use crate::inverse::error_at;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
@@ -163,7 +163,7 @@ pub trait Resolver: Sync {
 }
 
 fn error<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> Row6 {
-    let ([a, b, c], [x, y, z]) = task.error(&forward::<C>(robot, q), target);
+    let ([a, b, c], [x, y, z]) = error_at::<C>(robot, task, target, q);
     [a, b, c, x, y, z]
 }
 

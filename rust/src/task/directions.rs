@@ -17,6 +17,13 @@ pub struct Directions {
 }
 
 impl Directions {
+    /// All six, along the axes of the base frame: those of [`super::Task::FULL`], known to the compiler.
+    #[inline(always)]
+    pub fn all(length: f64) -> Self {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self { angular: axes, linear: axes, counts: (3, 3), arm: [0.0; 3], length }
+    }
+
     /// Dimension of the task.
     #[inline(always)]
     pub fn dimension(&self) -> usize {

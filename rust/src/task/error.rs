@@ -15,7 +15,7 @@ const NEAR_HALF_TURN: f64 = 1e-6;
 impl Task {
     /// The small motion [w; v] that takes the tool to its target: a rotation vector and a translation (Leger 2014, eq. 4.34, from the
     /// actual to the desired pose), without what the task leaves free. Opposite axes are turned about any perpendicular.
-    #[inline(always)]
+    #[inline(never)] // eight kilobytes of machine code, called from everywhere
     pub fn error(&self, tool: &Frame, target: &Target) -> (Vec3, Vec3) {
         let v = sub(target.position, tool.origin);
         match (self.angular, self.reference) {
@@ -39,7 +39,7 @@ impl Task {
     }
 
     /// The part of a translation that matters, for tasks that speak of the tool point.
-    #[inline(always)]
+    #[inline(never)]
     fn linear_part(&self, tool: &Frame, v: Vec3) -> Vec3 {
         if self.linear == Projector::All { v } else { self.directions(tool, 1.0).project([0.0; 3], v).1 }
     }

@@ -130,7 +130,7 @@ impl Task {
     }
 
     /// The twist directions that matter when the tool is at `tool`.
-    #[inline(always)]
+    #[inline(never)] // one copy, so that a tick with cold caches fetches it once
     pub fn directions(&self, tool: &Frame, length: f64) -> Directions {
         let (turned, arm) = match &self.reference {
             Reference::Tool => (tool, [0.0; 3]),

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use super::bounds::motion_interval;
 use super::settings::{QuadraticMemory, Tick};
 use super::solver::{QuadraticSolver, RateBounds};
-use crate::index::{Objective, Order};
-use crate::inverse::reach_sized;
-use crate::kinematics::sized::forward;
+use crate::index::Objective;
+use crate::inverse::{error_at, reach_sized};
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
@@ -53,7 +52,7 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
     q[..n].copy_from_slice(q0);
     let mut memory = QuadraticMemory::default();
     for _ in 0..STEPS {
-        let (w, v) = solver.task.error(&forward::<C>(robot, &q[..n]), target);
+        let (w, v) = error_at::<C>(robot, &solver.task, target, &q[..n]);
         let twist: Row6 = [w[0], w[1], w[2], v[0], v[1], v[2]];
         let (mut bounds, mut motion) = (RateBounds { lower: [0.0; C], upper: [0.0; C] }, [0.0; MAX_JOINTS]);
         for i in 0..n {
@@ -66,9 +65,9 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
         }
     }
     let found = reach_sized::<C>(robot, limits, &solver.task, target, settings.length, &mut q[..n], TOLERANCE, REACH_ITERATIONS);
-    let (w, v) = solver.task.error(&forward::<C>(robot, &q[..n]), target);
+    let (w, v) = error_at::<C>(robot, &solver.task, target, &q[..n]);
     let (position_error, angle_error) = (norm(v), norm(w));
-    let value = |objective: &Objective| objective.evaluate_sized::<C>(robot, &q[..n], Order::Value, false).value;
+    let value = |objective: &Objective| objective.value_sized::<C>(robot, &q[..n]);
     Solution {
         q,
         value: solver.objective().map_or(f64::NAN, value),

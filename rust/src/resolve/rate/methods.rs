@@ -163,7 +163,7 @@ impl Method {
         let own = |directions: &Directions| (directions.rows(at.jacobian), directions.reduce(w, v));
         let dq = match self {
             Self::ResolvedRate | Self::TwistDecomposition => {
-                let full = Task::FULL.directions(at.tool, at.length);
+                let full = Directions::all(at.length);
                 let (rows, t) = own(&full);
                 let left = remainder(&t, &rows, h, 6);
                 let wanted = if self == Self::ResolvedRate { left } else { projected(&directions, &left, at.length) };
@@ -196,12 +196,12 @@ impl Method {
                 priority(&mut systems, own(&directions), own(&rest), h, n, (m, 6 - m))
             }
             Self::Elimination => {
-                let (rows, t) = own(&Task::FULL.directions(at.tool, at.length));
+                let (rows, t) = own(&Directions::all(at.length));
                 let (rows, t) = eliminate(&rows, &t, &free_twists(at), 6 - m);
                 plus(h, &systems.of(&rows, &remainder(&t, &rows, h, m), n, m))
             }
             Self::VirtualJoint => {
-                let (mut rows, t) = own(&Task::FULL.directions(at.tool, at.length));
+                let (mut rows, t) = own(&Directions::all(at.length));
                 let left = remainder(&t, &rows, h, 6);
                 for (i, free) in free_twists(at).iter().enumerate().take(6 - m) {
                     for r in 0..6 {

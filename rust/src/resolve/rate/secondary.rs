@@ -1,12 +1,12 @@
 //! What a robot does with the freedom that the task leaves: the motion h that a secondary task asks for.
 
+use super::methods::Posed;
 use crate::error::{Result, check_positive, check_vector};
 use crate::index::{Index, Kind, Objective, Order, Rows};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::resolve::sqp::{Bounds, Known, newton_step};
 use crate::robot::Robot;
-use crate::task::Directions;
 
 /// Largest secondary motion of a joint in one step [rad or m].
 const RADIUS: f64 = 0.3;
@@ -103,10 +103,10 @@ impl Secondary {
         &self,
         robot: &Robot,
         q: &[f64],
-        jacobian: &Jacobian<C>,
-        directions: &Directions,
+        at: &Posed<'_, C>,
         memory: &mut Memory,
     ) -> ([f64; C], bool) {
+        let jacobian = at.jacobian;
         let n = size::<C>(robot.n());
         let mut h = match self {
             Self::None => return ([0.0; C], true),
@@ -116,7 +116,8 @@ impl Secondary {
             }
             Self::Objective(objective, Scaling::Newton) => {
                 let objective = objective.evaluate_at(robot, q, jacobian, Order::Hessian, false);
-                let known = Known { jacobian, objective: &objective, directions, wanted: [0.0; 6] };
+                let directions = at.task.directions(at.tool, at.length);
+                let known = Known { jacobian, objective: &objective, directions: &directions, wanted: [0.0; 6] };
                 let open = Bounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], radius: RADIUS, gain: 1.0 };
                 if !objective.gradient[..n].iter().all(|g| g.is_finite()) {
                     return ([0.0; C], false);
@@ -137,7 +138,7 @@ impl Secondary {
     /// Its value at a posture, NaN for a pull or nothing.
     pub(super) fn value<const C: usize>(&self, robot: &Robot, q: &[f64]) -> f64 {
         match self {
-            Self::Objective(objective, _) => objective.evaluate_sized::<C>(robot, q, Order::Value, false).value,
+            Self::Objective(objective, _) => objective.value_sized::<C>(robot, q),
             Self::None | Self::Pull(_) => f64::NAN,
         }
     }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
-use crate::inverse::reach;
-use crate::kinematics::sized::{forward, jacobian};
+use crate::inverse::{error_at, reach};
+use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
@@ -241,8 +241,7 @@ impl RateSolver {
         let at = Posed { task: &self.task, tool: &tool, jacobian: &columns, length, damping, weights: &weights };
         let (mut h, mut complete) = ([0.0; C], true);
         if gain > 0.0 && self.method != Method::ResolvedRate {
-            let directions = self.task.directions(&tool, length);
-            (h, complete) = self.secondary.motion(&self.robot, q, &columns, &directions, memory);
+            (h, complete) = self.secondary.motion(&self.robot, q, &at, memory);
             h = h.map(|x| gain * x);
         }
         let error;
@@ -293,7 +292,7 @@ impl RateSolver {
 
     #[inline(always)]
     fn error_size<const C: usize>(&self, target: &Target, q: &[f64]) -> f64 {
-        let (w, v) = self.task.error(&forward::<C>(&self.robot, q), target);
+        let (w, v) = error_at::<C>(&self.robot, &self.task, target, q);
         norm(w).max(norm(v) / self.settings.length)
     }
 
@@ -393,7 +392,7 @@ fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memor
             q = direct;
         }
     }
-    let (w, v) = solver.task.error(&forward::<C>(&solver.robot, &q[..n]), target);
+    let (w, v) = error_at::<C>(&solver.robot, &solver.task, target, &q[..n]);
     let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
     Solution {
         q,

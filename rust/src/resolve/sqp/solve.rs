@@ -66,7 +66,7 @@ fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q0: &[f64]) ->
 }
 
 impl OrthogonalSqp {
-    #[inline(always)]
+    #[inline(never)]
     fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<C> {
         let n = size::<C>(self.robot.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
