@@ -22,10 +22,11 @@ pub struct ConditionNumber {
 }
 
 /// `J_n` by rows, its pseudo-inverse by columns, and the squares of their norms.
+#[repr(C, align(64))] // no row of eight lies across two lines of the cache
 pub struct Factored<const C: usize, T> {
-    factors: Orthogonal<C, T>,
     jn: Rows6<C, T>,
     p: Rows6<C, T>,
+    factors: Orthogonal<C, T>,
     w: Mat6<T>,
     a: T,
     b: T,

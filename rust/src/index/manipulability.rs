@@ -19,9 +19,10 @@ pub struct Manipulability {
 }
 
 /// The factors of J_n and its pseudo-inverse by columns.
+#[repr(C, align(64))]
 pub struct Factored<const C: usize, T> {
-    factors: Orthogonal<C, T>,
     p: Rows6<C, T>,
+    factors: Orthogonal<C, T>,
 }
 
 impl<const C: usize, T: Real> Default for Factored<C, T> {

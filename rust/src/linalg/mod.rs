@@ -67,7 +67,7 @@ pub(crate) fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usi
 }
 
 /// `a a'`, computed once above the diagonal.
-#[inline(always)]
+#[inline(never)] // apart, the compiler makes vectors of its products; among others it mixes them up
 pub(crate) fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
     let mut product = [[T::ZERO; 6]; 6];
     for r in 0..m {

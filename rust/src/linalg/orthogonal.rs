@@ -58,11 +58,12 @@ fn least<const C: usize, T: Real>(row: &[T; C]) -> T {
 
 /// The factors of A'.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))] // no row of eight lies across two lines of the cache
 pub struct Orthogonal<const C: usize, T = f64> {
-    n: usize,
-    m: usize,
     /// Columns of O, as rows.
     o: Rows6<C, T>,
+    n: usize,
+    m: usize,
     /// Their squared lengths.
     square: Row6<T>,
     /// The reciprocals of these.
