@@ -87,9 +87,20 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         Self { n: 0, m: 0, o: [[T::ZERO; C]; 6], square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] }
     }
 
-    /// Fills a blank one with the factors of the m x n matrix `a`, by rows.
-    #[inline(never)] // one copy, so that a tick with cold caches fetches it once
+    /// Fills a blank one with the factors of the m x n matrix `a`, by rows. Of one matrix in one copy, so that a tick with cold caches fetches it
+    /// once; of several side by side within the caller, whose registers may be wider than any machine's.
+    #[inline(always)]
     pub fn factor(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
+        if T::LANES == 1 { self.factor_apart(a, n, m) } else { self.factor_here(a, n, m) }
+    }
+
+    #[inline(never)]
+    fn factor_apart(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
+        self.factor_here(a, n, m);
+    }
+
+    #[inline(always)]
+    fn factor_here(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
         (self.n, self.m) = (size::<C>(n), m);
         for r in 0..6 {
             self.o[r] = a[r];
@@ -177,9 +188,19 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         p
     }
 
-    /// The same into a zeroed `p`.
-    #[inline(never)]
+    /// The same into a zeroed `p`, apart or within the caller as [`Self::factor`].
+    #[inline(always)]
     pub fn pseudo_inverse_into(&self, p: &mut Rows6<C, T>) {
+        if T::LANES == 1 { self.pseudo_inverse_apart(p) } else { self.pseudo_inverse_here(p) }
+    }
+
+    #[inline(never)]
+    fn pseudo_inverse_apart(&self, p: &mut Rows6<C, T>) {
+        self.pseudo_inverse_here(p);
+    }
+
+    #[inline(always)]
+    fn pseudo_inverse_here(&self, p: &mut Rows6<C, T>) {
         unrolled!(back < self.m, {
             let k = self.m - 1 - back;
             for i in 0..C {
