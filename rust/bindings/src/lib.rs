@@ -10,6 +10,7 @@ mod qp;
 mod resolve;
 mod results;
 mod robot;
+mod spare;
 mod task;
 
 use pyo3::prelude::*;

@@ -22,10 +22,11 @@ pub struct ConditionNumber {
 }
 
 /// `J_n` by rows, its pseudo-inverse by columns, and the squares of their norms.
+#[repr(C, align(64))] // no row of eight lies across two lines of the cache
 pub struct Factored<const C: usize, T> {
-    factors: Orthogonal<C, T>,
     jn: Rows6<C, T>,
     p: Rows6<C, T>,
+    factors: Orthogonal<C, T>,
     w: Mat6<T>,
     a: T,
     b: T,
@@ -72,17 +73,16 @@ fn multiply(a: &Mat6, b: &Mat6, m: usize) -> Mat6 {
 }
 
 impl<const C: usize, T: Real> Factored<C, T> {
+    /// Fills a blank one whose `jn` is set.
     #[inline(always)]
-    fn new(jn: Rows6<C, T>, n: usize, m: usize) -> Self {
-        // Built in place: it is too large to be handed around.
-        let (p, w) = ([[T::ZERO; C]; 6], [[T::ZERO; 6]; 6]);
-        let mut out = Self { factors: Orthogonal::new(&jn, n, m), jn, p, w, a: norm2(&jn, 0..m), b: T::ZERO };
-        out.p = out.factors.pseudo_inverse();
-        out.w = gram(&out.p, m);
+    fn fill(&mut self, n: usize, m: usize) {
+        self.factors.factor(&self.jn, n, m);
+        self.factors.pseudo_inverse_into(&mut self.p);
+        self.a = norm2(&self.jn, 0..m);
+        self.w = gram(&self.p, m);
         for r in 0..m {
-            out.b += out.w[r][r];
+            self.b += self.w[r][r];
         }
-        out
     }
 
     /// Entry (r, i) of `W P'`.
@@ -93,6 +93,14 @@ impl<const C: usize, T: Real> Factored<C, T> {
             sum += self.w[r][j] * self.p[j][i];
         }
         sum
+    }
+}
+
+impl<const C: usize, T: Real> Default for Factored<C, T> {
+    #[inline(always)]
+    fn default() -> Self {
+        let (none, w) = ([[T::ZERO; C]; 6], [[T::ZERO; 6]; 6]);
+        Self { factors: Orthogonal::blank(), jn: none, p: none, w, a: T::ZERO, b: T::ZERO }
     }
 }
 
@@ -186,8 +194,9 @@ impl<T: Real> FirstOrder<T> for ConditionNumber {
     }
 
     #[inline(always)]
-    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Factored<C, T> {
-        Factored::new(self.rows.normalised(jacobian), jacobian.n(), m)
+    fn factor<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize, out: &mut Factored<C, T>) {
+        out.jn = self.rows.normalised(jacobian);
+        out.fill(jacobian.n(), m);
     }
 
     #[inline(always)]
@@ -281,7 +290,8 @@ pub fn length_at<const C: usize>(rows: &Rows, jacobian: &Jacobian<C>) -> Option<
         return None;
     }
     let unit = rows.with_length(1.0);
-    let factored = Factored::new(unit.normalised(jacobian), n, m);
+    let mut factored = Factored { jn: unit.normalised(jacobian), ..Factored::default() };
+    factored.fill(n, m);
     if !factored.factors.has_full_rank() {
         return None;
     }

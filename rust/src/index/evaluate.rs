@@ -168,14 +168,14 @@ pub struct LengthTerms<const C: usize> {
 /// Value and slope of an index f(phi(J)), outer function and inner, at one posture or at several side by side. The number of rows `m` is an
 /// argument everywhere so that the commonest, 6, is a constant and loops unroll.
 pub trait FirstOrder<T: Real> {
-    /// What value and derivatives share at a posture.
-    type Factors<const C: usize>;
+    /// What value and derivatives share at a posture: blank at first and filled in place, for a copy costs a tenth of the whole.
+    type Factors<const C: usize>: Default;
 
     /// The rows in use.
     fn rows(&self) -> &Rows;
 
-    /// Factors the normalised Jacobian.
-    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Self::Factors<C>;
+    /// Factors the normalised Jacobian, into blank factors.
+    fn factor<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize, out: &mut Self::Factors<C>);
 
     /// f(phi), f'(phi), f''(phi).
     fn outer<const C: usize>(&self, factors: &Self::Factors<C>, m: usize) -> (T, T, T);
@@ -236,7 +236,8 @@ fn evaluate_rows<const C: usize, I: JacobianIndex + ?Sized>(
     out: &mut Evaluation<C>,
 ) {
     let n = jacobian.n();
-    let factors = index.factors(jacobian, m);
+    let mut factors = I::Factors::<C>::default();
+    index.factor(jacobian, m, &mut factors);
     let (value, slope, curvature) = index.outer(&factors, m);
     out.value = value;
     out.status = index.status(&factors, value, m, 0);
@@ -320,7 +321,8 @@ fn add_rows<const C: usize, T: Real, I: FirstOrder<T>>(
     gradient: &mut [T; C],
 ) {
     let n = jacobian.n();
-    let factors = index.factors(jacobian, m);
+    let mut factors = I::Factors::<C>::default();
+    index.factor(jacobian, m, &mut factors);
     let (own, slope, _) = index.outer(&factors, m);
     let singular: [bool; 8] =
         std::array::from_fn(|lane| lane < T::LANES && index.status(&factors, own.lane(lane), m, lane) == Status::Singular);

@@ -19,9 +19,17 @@ pub struct Manipulability {
 }
 
 /// The factors of J_n and its pseudo-inverse by columns.
+#[repr(C, align(64))]
 pub struct Factored<const C: usize, T> {
-    factors: Orthogonal<C, T>,
     p: Rows6<C, T>,
+    factors: Orthogonal<C, T>,
+}
+
+impl<const C: usize, T: Real> Default for Factored<C, T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { factors: Orthogonal::blank(), p: [[T::ZERO; C]; 6] }
+    }
 }
 
 impl<T: Real> FirstOrder<T> for Manipulability {
@@ -33,11 +41,9 @@ impl<T: Real> FirstOrder<T> for Manipulability {
     }
 
     #[inline(always)]
-    fn factors<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize) -> Factored<C, T> {
-        // Built in place: it is too large to be handed around.
-        let mut out = Factored { factors: Orthogonal::new(&self.rows.normalised(jacobian), jacobian.n(), m), p: [[T::ZERO; C]; 6] };
-        out.p = out.factors.pseudo_inverse();
-        out
+    fn factor<const C: usize>(&self, jacobian: &Jacobian<C, T>, m: usize, out: &mut Factored<C, T>) {
+        out.factors.factor(&self.rows.normalised(jacobian), jacobian.n(), m);
+        out.factors.pseudo_inverse_into(&mut out.p);
     }
 
     /// f(ln w) = w^p has every derivative p^k w^p.

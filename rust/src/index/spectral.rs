@@ -121,6 +121,13 @@ pub struct Decomposed<const C: usize> {
     repeated: bool,
 }
 
+impl<const C: usize> Default for Decomposed<C> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { svd: Svd::default(), c: [0.0; 6], jn: [[0.0; C]; 6], repeated: false }
+    }
+}
+
 impl FirstOrder<f64> for Spectral {
     type Factors<const C: usize> = Decomposed<C>;
 
@@ -130,12 +137,12 @@ impl FirstOrder<f64> for Spectral {
     }
 
     #[inline(always)]
-    fn factors<const C: usize>(&self, jacobian: &Jacobian<C>, m: usize) -> Decomposed<C> {
-        let jn = self.rows.normalised(jacobian);
-        let svd = Svd::new(&jn, jacobian.n(), m);
-        let (c, sigma) = (self.exponents(m), svd.sigma);
-        let repeated = (1..m).any(|i| c[i] != c[i - 1] && sigma[i - 1] - sigma[i] <= GAP * sigma[i - 1]);
-        Decomposed { svd, c, jn, repeated }
+    fn factor<const C: usize>(&self, jacobian: &Jacobian<C>, m: usize, out: &mut Decomposed<C>) {
+        out.jn = self.rows.normalised(jacobian);
+        out.svd = Svd::new(&out.jn, jacobian.n(), m);
+        out.c = self.exponents(m);
+        let (c, sigma) = (out.c, out.svd.sigma);
+        out.repeated = (1..m).any(|i| c[i] != c[i - 1] && sigma[i - 1] - sigma[i] <= GAP * sigma[i - 1]);
     }
 
     #[inline(always)]

@@ -66,9 +66,19 @@ pub(crate) fn combined<const C: usize>(columns: &[Row6; C], z: &[f64; C], n: usi
     out
 }
 
-/// `a a'`, computed once above the diagonal.
+/// `a a'`, computed once above the diagonal. Of one matrix apart: the compiler makes better vectors of its products than among others.
 #[inline(always)]
 pub(crate) fn gram<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
+    if T::LANES == 1 { gram_apart(a, m) } else { gram_here(a, m) }
+}
+
+#[inline(never)]
+fn gram_apart<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
+    gram_here(a, m)
+}
+
+#[inline(always)]
+fn gram_here<const C: usize, T: Real>(a: &Rows6<C, T>, m: usize) -> Mat6<T> {
     let mut product = [[T::ZERO; 6]; 6];
     for r in 0..m {
         for c in r..m {

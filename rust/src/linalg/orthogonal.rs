@@ -58,11 +58,12 @@ fn least<const C: usize, T: Real>(row: &[T; C]) -> T {
 
 /// The factors of A'.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))] // no row of eight lies across two lines of the cache
 pub struct Orthogonal<const C: usize, T = f64> {
-    n: usize,
-    m: usize,
     /// Columns of O, as rows.
     o: Rows6<C, T>,
+    n: usize,
+    m: usize,
     /// Their squared lengths.
     square: Row6<T>,
     /// The reciprocals of these.
@@ -73,23 +74,49 @@ pub struct Orthogonal<const C: usize, T = f64> {
 
 impl<const C: usize, T: Real> Orthogonal<C, T> {
     /// Of the m x n matrix `a`, by rows.
-    #[inline(never)] // one copy, so that a tick with cold caches fetches it once
+    #[inline(always)]
     pub fn new(a: &Rows6<C, T>, n: usize, m: usize) -> Self {
-        let n = size::<C>(n);
-        let mut out = Self { n, m, o: *a, square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] };
+        let mut out = Self::blank();
+        out.factor(a, n, m);
+        out
+    }
+
+    /// Nothing yet: what [`Self::factor`] fills in place, for a copy costs as much as half the factorisation.
+    #[inline(always)]
+    pub fn blank() -> Self {
+        Self { n: 0, m: 0, o: [[T::ZERO; C]; 6], square: [T::ZERO; 6], reciprocal: [T::ZERO; 6], u: [[T::ZERO; 6]; 6] }
+    }
+
+    /// Fills a blank one with the factors of the m x n matrix `a`, by rows. Of one matrix in one copy, so that a tick with cold caches fetches it
+    /// once; of several side by side within the caller, whose registers may be wider than any machine's.
+    #[inline(always)]
+    pub fn factor(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
+        if T::LANES == 1 { self.factor_apart(a, n, m) } else { self.factor_here(a, n, m) }
+    }
+
+    #[inline(never)]
+    fn factor_apart(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
+        self.factor_here(a, n, m);
+    }
+
+    #[inline(always)]
+    fn factor_here(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
+        (self.n, self.m) = (size::<C>(n), m);
+        for r in 0..6 {
+            self.o[r] = a[r];
+        }
         unrolled!(k < m, {
-            let (square, least) = (dot(&out.o[k], &out.o[k]), least(&a[k]));
+            let (square, least) = (dot(&self.o[k], &self.o[k]), least(&a[k]));
             let cancelled = k > 0 && T::any_less(square, least);
-            out.square[k] = if cancelled { out.orthogonalise_again(k, square, least) } else { square };
-            let pivot = out.o[k];
-            out.reciprocal[k] = T::splat(1.0) / out.square[k];
+            let square = if cancelled { self.orthogonalise_again(k, square, least) } else { square };
+            let (pivot, reciprocal) = (self.o[k], T::splat(1.0) / square);
+            (self.square[k], self.reciprocal[k]) = (square, reciprocal);
             for c in k + 1..m {
-                let factor = dot(&pivot, &out.o[c]) * out.reciprocal[k];
-                out.u[k][c] = factor;
-                subtract(&mut out.o[c], factor, &pivot);
+                let factor = dot(&pivot, &self.o[c]) * reciprocal;
+                self.u[k][c] = factor;
+                subtract(&mut self.o[c], factor, &pivot);
             }
         });
-        out
     }
 
     /// What cancellation has brought back of the earlier vectors into vector k is taken out once more: twice is enough (Kahan, Parlett). Only in
@@ -154,13 +181,30 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
     }
 
     /// `P = A^+` by columns: m of n numbers.
-    #[inline(never)]
+    #[inline(always)]
     pub fn pseudo_inverse(&self) -> Rows6<C, T> {
-        let mut p = self.o;
+        let mut p = [[T::ZERO; C]; 6];
+        self.pseudo_inverse_into(&mut p);
+        p
+    }
+
+    /// The same into a zeroed `p`, apart or within the caller as [`Self::factor`].
+    #[inline(always)]
+    pub fn pseudo_inverse_into(&self, p: &mut Rows6<C, T>) {
+        if T::LANES == 1 { self.pseudo_inverse_apart(p) } else { self.pseudo_inverse_here(p) }
+    }
+
+    #[inline(never)]
+    fn pseudo_inverse_apart(&self, p: &mut Rows6<C, T>) {
+        self.pseudo_inverse_here(p);
+    }
+
+    #[inline(always)]
+    fn pseudo_inverse_here(&self, p: &mut Rows6<C, T>) {
         unrolled!(back < self.m, {
             let k = self.m - 1 - back;
-            for x in &mut p[k] {
-                *x = *x * self.reciprocal[k];
+            for i in 0..C {
+                p[k][i] = self.o[k][i] * self.reciprocal[k];
             }
             // The row that was finished last comes last: the others do not wait for it.
             for j in (k + 1..self.m).rev() {
@@ -168,7 +212,6 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
                 subtract(&mut p[k], self.u[k][j], &done);
             }
         });
-        p
     }
 }
 

@@ -36,6 +36,14 @@ pub struct Svd<const C: usize> {
     pub v: Rows6<C>,
 }
 
+impl<const C: usize> Default for Svd<C> {
+    /// Of no matrix yet.
+    #[inline(always)]
+    fn default() -> Self {
+        Self { n: 0, m: 0, sigma: [0.0; 6], u: [[0.0; 6]; 6], v: [[0.0; C]; 6] }
+    }
+}
+
 impl<const C: usize> Svd<C> {
     /// Of the m x n matrix `a`, by rows.
     #[inline(never)]
@@ -56,7 +64,7 @@ impl<const C: usize> Svd<C> {
         orthogonalise(&mut columns, &mut y);
         let sigma = columns.each_ref().map(|column| dot(column, column).sqrt());
         let places = places(&sigma, m);
-        let mut out = Self { n, m, sigma: [0.0; 6], u: [[0.0; 6]; 6], v: [[0.0; C]; 6] };
+        let mut out = Self { n, m, ..Self::default() };
         for (from, to) in places.iter().enumerate().take(m) {
             out.sigma[*to] = sigma[from];
             out.u[*to] = y[from];

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -13,6 +13,7 @@ use crate::array::{Rows as Postures, elements, for_each_chunk, ok, output, read_
 use crate::index::custom::PyIndex;
 use crate::index::kinds::rows_in;
 use crate::robot::PyRobot;
+use crate::spare::Spare;
 use redundancy::error::Error;
 use redundancy::index::{Answers, Index, Objective, Order, Status};
 use redundancy::linalg::MAX_JOINTS;
@@ -27,6 +28,7 @@ use redundancy::robot::Robot;
 pub struct PyObjective {
     pub objective: Objective,
     pub custom: Vec<Arc<PyIndex>>,
+    gradients: Spare,
 }
 
 fn order(order: i64) -> PyResult<Order> {
@@ -39,8 +41,12 @@ fn order(order: i64) -> PyResult<Order> {
 }
 
 impl PyObjective {
+    fn new(objective: Objective, custom: Vec<Arc<PyIndex>>) -> Self {
+        Self { objective, custom, gradients: Spare::default() }
+    }
+
     pub fn single(index: Index) -> PyResult<Self> {
-        Ok(Self { objective: ok(Objective::new(vec![(1.0, index)]))?, custom: Vec::new() })
+        Ok(Self::new(ok(Objective::new(vec![(1.0, index)]))?, Vec::new()))
     }
 
     pub fn from_callable(function: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -55,7 +61,7 @@ impl PyObjective {
 
     fn sum(&self, other: &Self) -> PyResult<Self> {
         let terms = self.objective.terms().iter().chain(other.objective.terms()).cloned().collect();
-        Ok(Self { objective: ok(Objective::new(terms))?, custom: self.custom.iter().chain(&other.custom).cloned().collect() })
+        Ok(Self::new(ok(Objective::new(terms))?, self.custom.iter().chain(&other.custom).cloned().collect()))
     }
 
     /// Raises the exception of a callable among the terms, if one was raised.
@@ -120,9 +126,9 @@ impl PyObjective {
             return Ok(if order == Order::Value { parts.get_item(0)? } else { parts.into_any() });
         }
         let q = &buffer[..n];
-        let gradient = if order >= Order::Gradient { Some(unsafe_vector(py, size)) } else { None };
+        let gradient = if order >= Order::Gradient { Some(self.gradients.vector(py, size)) } else { None };
         let hessian = if order == Order::Hessian { Some(unsafe_square(py, size)) } else { None };
-        // SAFETY: both arrays are new and contiguous, and nobody else has them.
+        // SAFETY: both arrays are contiguous, and nobody else has them.
         let g: &mut [f64] = match &gradient {
             Some(array) => unsafe { std::slice::from_raw_parts_mut(array.data(), size) },
             None => &mut [],
@@ -248,7 +254,7 @@ impl PyObjective {
     /// The same objective with another length in every term that has one.
     fn with_length(&self, length: f64) -> PyResult<Self> {
         ok(redundancy::error::check_positive("length", length))?;
-        Ok(Self { objective: self.objective.with_length(length), custom: self.custom.clone() })
+        Ok(Self::new(self.objective.with_length(length), self.custom.clone()))
     }
 
     fn __add__(&self, other: &Bound<'_, PyAny>) -> PyResult<Self> {
@@ -264,7 +270,7 @@ impl PyObjective {
 
     fn __mul__(&self, weight: f64) -> PyResult<Self> {
         let terms = self.objective.terms().iter().map(|(w, index)| (weight * w, index.clone())).collect();
-        Ok(Self { objective: ok(Objective::new(terms))?, custom: self.custom.clone() })
+        Ok(Self::new(ok(Objective::new(terms))?, self.custom.clone()))
     }
 
     fn __rmul__(&self, weight: f64) -> PyResult<Self> {
@@ -282,13 +288,8 @@ impl PyObjective {
     }
 }
 
-fn unsafe_vector(py: Python<'_>, size: usize) -> Bound<'_, PyArray1<f64>> {
-    // SAFETY: every element is written before the array is handed out.
-    unsafe { PyArray1::new(py, [size], false) }
-}
-
 fn unsafe_square(py: Python<'_>, size: usize) -> Bound<'_, PyArray2<f64>> {
-    // SAFETY: as above.
+    // SAFETY: every element is written before the array is handed out.
     unsafe { PyArray2::new(py, [size, size], false) }
 }
 
