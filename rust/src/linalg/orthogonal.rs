@@ -102,9 +102,7 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
     #[inline(always)]
     fn factor_here(&mut self, a: &Rows6<C, T>, n: usize, m: usize) {
         (self.n, self.m) = (size::<C>(n), m);
-        for r in 0..6 {
-            self.o[r] = a[r];
-        }
+        self.o = *a;
         unrolled!(k < m, {
             let (square, least) = (dot(&self.o[k], &self.o[k]), least(&a[k]));
             let cancelled = k > 0 && T::any_less(square, least);
