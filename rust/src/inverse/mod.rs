@@ -6,6 +6,6 @@ mod newton;
 mod postures;
 
 pub use analytic::{ArmAngle, Inverse, MAX_SOLUTIONS, Solutions, Structure};
-pub(crate) use newton::{error_at, reach_sized};
 pub use newton::{Reach, reach};
+pub(crate) use newton::{error_at, reach_sized};
 pub use postures::Postures;

@@ -99,13 +99,7 @@ pub enum Secondary {
 impl Secondary {
     /// The motion it asks for, and whether it could be evaluated: zero where it could not. Never longer than 0.3 rad or m a joint.
     #[inline(never)]
-    pub(super) fn motion<const C: usize>(
-        &self,
-        robot: &Robot,
-        q: &[f64],
-        at: &Posed<'_, C>,
-        memory: &mut Memory,
-    ) -> ([f64; C], bool) {
+    pub(super) fn motion<const C: usize>(&self, robot: &Robot, q: &[f64], at: &Posed<'_, C>, memory: &mut Memory) -> ([f64; C], bool) {
         let jacobian = at.jacobian;
         let n = size::<C>(robot.n());
         let mut h = match self {
