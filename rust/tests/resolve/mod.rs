@@ -3,3 +3,4 @@
 mod quadratic;
 mod rate;
 mod solve;
+mod steps;
