@@ -1,20 +1,19 @@
 //! `redundancy.TwistDecomposition` and its rivals: one base class, a subclass for each method.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use numpy::PyArrayDyn;
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
 use crate::array::{elements, ok, output, read_list, read_vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::secondary::{scaling, secondary};
-use crate::resolve::solution::{self, Given, posture};
+use crate::resolve::solution::{self, Given, Last, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
-use redundancy::linalg::MAX_JOINTS;
-use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling, StepStatus};
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling};
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
@@ -23,20 +22,58 @@ pub struct PyRateSolver {
     solver: RateSolver,
     given: Given,
     scaling: Scaling,
-    /// What is remembered from step to step and from chunk to chunk, and the posture at the end of the last chunk.
-    memory: Mutex<(Memory, [f64; MAX_JOINTS])>,
-    /// How the last step came about, by its number.
-    last: AtomicU8,
+    memory: Mutex<Remembered>,
+}
+
+/// What is remembered.
+struct Remembered {
+    /// From step to step and from chunk to chunk.
+    memory: Memory,
+    /// The posture at the end of the last chunk.
+    end: [f64; MAX_JOINTS],
+    last: Last,
+}
+
+impl Remembered {
+    /// Nothing yet.
+    fn nothing() -> Self {
+        Self { memory: Memory::default(), end: [f64::NAN; MAX_JOINTS], last: Last::NONE }
+    }
 }
 
 impl PyRateSolver {
     fn of(solver: RateSolver, given: Given, scaling: Scaling) -> Self {
-        Self { solver, given, scaling, memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])), last: AtomicU8::new(0) }
+        Self { solver, given, scaling, memory: Mutex::new(Remembered::nothing()) }
     }
 
-    fn remembered(&self) -> MutexGuard<'_, (Memory, [f64; MAX_JOINTS])> {
+    fn remembered(&self) -> MutexGuard<'_, Remembered> {
         // What a panic of another thread left is still a posture.
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn tick<'py>(
+        &self,
+        py: Python<'py>,
+        q: &[f64; MAX_JOINTS],
+        twist: &Row6,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let array = output(py, out, [n])?;
+        let rates = elements(&array);
+        if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut memory = self.remembered().memory;
+            let status = self.solver.step(&q[..n], twist, &mut memory, rates);
+            self.remembered().memory = memory;
+            self.given.check(py)?;
+            self.remembered().last = Last::new(status, q, twist, rates);
+        } else {
+            let mut remembered = self.remembered();
+            let status = self.solver.step(&q[..n], twist, &mut remembered.memory, rates);
+            remembered.last = Last::new(status, q, twist, rates);
+        }
+        Ok(array)
     }
 }
 
@@ -66,6 +103,12 @@ impl PyRateSolver {
         self.solver.settings().length
     }
 
+    /// Length of a control tick [s].
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.solver.dt()
+    }
+
     /// Joint rates of one control tick.
     ///
     /// Parameters
@@ -83,8 +126,8 @@ impl PyRateSolver {
     /// -------
     /// ndarray, shape (n,)
     ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits and never across a position limit within ``dt``: the free
-    ///     motion gives way first, then all joints slow down together, then each stops at its limit. `step_status` tells how they came
-    ///     about.
+    ///     motion gives way first, then all joints slow down together, then each stops at its limit. A joint that is beyond a limit of position
+    ///     comes back, with a quarter of its speed limit at least. `status` tells how they came about.
     ///
     /// Notes
     /// -----
@@ -98,35 +141,108 @@ impl PyRateSolver {
         twist: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let n = self.solver.robot().n();
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        let array = output(py, out, [n])?;
-        let step = |memory: &mut Memory| self.solver.step(&q[..n], &desired, memory, elements(&array));
-        let status = if self.given.calls_python {
-            // Taken out, not held: a Python objective may let another thread in.
-            let mut memory = self.remembered().0;
-            let status = step(&mut memory);
-            self.remembered().0 = memory;
-            status
-        } else {
-            step(&mut self.remembered().0)
-        };
-        self.given.check(py)?;
-        self.last.store(status as u8, Ordering::Relaxed);
-        Ok(array)
+        self.tick(py, &q, &desired, out)
     }
 
-    /// How the last `step` came about: "regular", "damped", "task only" (the secondary task could not be evaluated) or "limited".
+    /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
+    /// up a part of its error.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// now, next : array_like
+    ///     Where the tool should be at the start and at the end of the tick: targets as for `solve`.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    /// share : float
+    ///     Part of the error that is taken up, above 0, at most 1: ``gain * dt`` for a gain in 1/s. With 1 the twist is `twist_to` of ``next``, else that
+    ///     less ``1 - share`` of `twist_to` of ``now``.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     As for `step`.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or the share is out of its domain.
+    #[pyo3(signature = (q, now, next, out=None, *, share=1.0))]
+    fn step_along<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        now: &Bound<'py, PyAny>,
+        next: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        share: f64,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
+        self.tick(py, &q, &twist, out)
+    }
+
+    /// How the last `step` came about: "regular" (the twist is followed to rounding, as far as the task looks at it), "damped", "task only" (the secondary
+    /// task could not be evaluated), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position and comes
+    /// back).
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.remembered().last.status.name()
+    }
+
+    /// As `status`.
     #[getter]
     fn step_status(&self) -> &'static str {
-        StepStatus::ALL[usize::from(self.last.load(Ordering::Relaxed))].name()
+        self.status()
+    }
+
+    /// The part of the twist that the last `step` did not follow, [omega; v] (6,) [rad/s, m/s], as far as the task looks at it.
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.remembered().last.deviation(py, &self.solver)
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target [rad, m], as far as the task looks at it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`; for many postures as many targets, as for `follow_chunk`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,) or (N, 6)
+    ///     In the base frame.
+    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, 1.0)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: `error` over ``dt``, that is ``(P_d - P_e) / T`` and the rotation vector of
+    /// ``R_d R_e'`` over T (Dufour and Suleiman 2020, eq. 1).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [omega; v] in the base frame [rad/s, m/s].
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, self.solver.dt())
     }
 
     /// Forgets the posture that a `PosturePull` remembers.
     fn reset(&self) {
-        *self.remembered() = (Memory::default(), [f64::NAN; MAX_JOINTS]);
+        *self.remembered() = Remembered::nothing();
     }
 
     /// A posture on a target (Huo 2009, algorithm 3.1).
@@ -135,7 +251,7 @@ impl PyRateSolver {
     /// ----------
     /// target : array_like
     ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
-    ///     rows.
+    ///     rows. Any task: (4, 4), a pose of the tool as `Robot.fk` answers it.
     /// q0 : array_like, shape (n,), optional
     ///     Start; if not given, the best of ``starts`` random postures: least objective, or nearest to the middle of the ranges.
     /// starts, seed : int
@@ -167,7 +283,7 @@ impl PyRateSolver {
     ///
     /// Parameters
     /// ----------
-    /// targets : array_like, shape (N, k)
+    /// targets : array_like, shape (N, k) or (N, 4, 4)
     ///     Targets as for `solve`.
     /// q0 : array_like, shape (n,)
     ///     Start. Where it is the end of the last chunk, the posture that a `PosturePull` remembers is kept.
@@ -185,12 +301,13 @@ impl PyRateSolver {
     fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (targets, q) = solution::path(&self.solver, targets, q0)?;
         let n = self.solver.robot().n();
-        let (mut memory, end) = *self.remembered();
-        if end[..n] != q[..n] {
-            memory = Memory::default();
-        }
+        let mut memory = {
+            let before = self.remembered();
+            if before.end[..n] == q[..n] { before.memory } else { Memory::default() }
+        };
         let (found, end) = self.given.follow(py, &self.solver, &targets, &q, &mut memory)?;
-        *self.remembered() = (memory, end);
+        let mut remembered = self.remembered();
+        (remembered.memory, remembered.end) = (memory, end);
         Ok(found)
     }
 

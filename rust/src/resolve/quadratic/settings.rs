@@ -64,6 +64,8 @@ pub enum QuadraticStatus {
     Relaxed,
     /// The task gives way to limits of joints.
     Limited,
+    /// A joint is beyond a limit of position and comes back; the task is followed as far as that allows.
+    Returning,
     /// Rows exclude each other or the limits: all of them give way by as little as can be, and the largest deviation does not count.
     Infeasible,
     /// The printed form is not convex: the index is left out.
@@ -77,6 +79,7 @@ impl QuadraticStatus {
             Self::Solved => "solved",
             Self::Relaxed => "relaxed",
             Self::Limited => "limited",
+            Self::Returning => "returning",
             Self::Infeasible => "infeasible",
             Self::NotConvex => "not convex",
         }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::bounds::rate_interval;
 use super::index_term::{Derivatives, IndexForm, IndexTerm};
 use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
@@ -12,7 +11,8 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
-use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
+use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
+use crate::resolve::bounds::{beyond, rate_interval};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
@@ -22,14 +22,14 @@ pub(super) const MAX_ROWS: usize = 64;
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
 const FEW_ROWS: usize = 8;
+/// Part of what a component of the deviation is the difference of, below which it is rounding, and counts as nothing.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
 /// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
 const STIFFEST: f64 = 1e7;
 /// A row fails when it does by more than this, relative to what it is made of.
 const FAILS: f64 = 1e-9;
-/// Rates this near to a bound, relative, are at it.
-const AT_BOUND: f64 = 1e-9;
 
 /// A robot, a task and what counts beside it.
 #[derive(Debug, Clone)]
@@ -44,6 +44,8 @@ pub struct QuadraticSolver {
 pub(super) struct RateBounds<const C: usize> {
     pub lower: [f64; C],
     pub upper: [f64; C],
+    /// Whether a joint is beyond a limit of position, and has to come back.
+    pub returning: bool,
 }
 
 /// The programme of a tick but for its rows.
@@ -104,13 +106,15 @@ impl QuadraticSolver {
     }
 
     fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> RateBounds<C> {
-        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false };
         if self.settings.limits {
+            let limits = self.robot.limits();
             for i in 0..q.len() {
-                (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+                (out.lower[i], out.upper[i]) = rate_interval(limits, i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+                out.returning |= beyond(limits, i, q[i]) != 0.0;
             }
         }
-        RateBounds { lower, upper }
+        out
     }
 
     /// As [`QuadraticSolver::step`], of a tick of length `dt` within bounds that are given.
@@ -167,13 +171,13 @@ impl QuadraticSolver {
         }
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
         let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
-        let held = (0..n).any(|i| near(rates[i], bounds.lower[i]) || near(rates[i], bounds.upper[i]));
         let (deviation, kept) = self.deviation(programme, &rates[..n]);
         let (w, v) = programme.directions.motion_of(&deviation);
         Outcome {
-            status: match (kept, held) {
+            status: match (kept, answer.held) {
                 _ if answer.infeasible => QuadraticStatus::Infeasible,
                 _ if printed && answer.without_index == Some(Status::NotConvex) => QuadraticStatus::NotConvex,
+                _ if bounds.returning => QuadraticStatus::Returning,
                 (true, _) => QuadraticStatus::Solved,
                 (false, true) => QuadraticStatus::Limited,
                 (false, false) => QuadraticStatus::Relaxed,
@@ -224,7 +228,7 @@ impl QuadraticSolver {
             return self.relax(programme, at, hard, found, memory);
         }
         memory.keep(&found.active);
-        Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+        Answer { x: found.x, held: held(&found), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
     }
 
     #[cold]
@@ -259,23 +263,28 @@ impl QuadraticSolver {
         } else {
             memory.keep(&found.active);
         }
-        Answer { x: found.x, infeasible, beyond_deviation, without_index, changes: found.changes }
+        Answer { x: found.x, held: held(&found), infeasible, beyond_deviation, without_index, changes: found.changes }
     }
 
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
     fn deviation<const C: usize>(&self, programme: &Programme<'_, C>, rates: &[f64]) -> (Row6, bool) {
         let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
         for r in 0..programme.directions.dimension() {
-            let followed: f64 = programme.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
             let wanted = programme.wanted[r];
-            out[r] = wanted - followed;
+            let (mut followed, mut size) = (0.0, wanted.abs());
+            for (a, x) in programme.rows[r].iter().zip(rates) {
+                followed += a * x;
+                size += (a * x).abs();
+            }
+            let rest = wanted - followed;
+            out[r] = if rest.abs() > ROUNDING * size { rest } else { 0.0 };
             left += out[r] * out[r];
             whole += wanted * wanted;
             if r < self.task.angular.dimension() {
                 out[r] /= self.settings.length;
             }
         }
-        (out, left.sqrt() <= self.settings.tolerance * whole.sqrt().max(self.settings.tolerance))
+        (out, left.sqrt() <= self.settings.tolerance * whole.sqrt())
     }
 }
 
@@ -285,17 +294,19 @@ fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut 
     solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
-/// Rates, whether the rows or the index had to be left out, and how often the programme changed its mind.
+/// Rates, whether bounds hold them, whether the rows or the index had to be left out, and how often the programme changed its mind.
 struct Answer<const C: usize> {
     x: [f64; C],
+    held: bool,
     infeasible: bool,
     beyond_deviation: bool,
     without_index: Option<Status>,
     changes: usize,
 }
 
-fn near(x: f64, bound: f64) -> bool {
-    bound.is_finite() && (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
+/// Whether a bound takes something from the rates: what merely touches one would go no further without it.
+fn held<const C: usize>(found: &Minimum<C>) -> bool {
+    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
 }
 
 /// The rows that do not hold.

@@ -10,6 +10,7 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::resolve::bounds::{beyond, speed_interval};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
@@ -100,20 +101,14 @@ struct RateBounds<const C: usize> {
     low: [f64; C],
     high: [f64; C],
     speed: [f64; C],
+    /// Whether a joint is beyond a limit of position, and has to come back.
+    returning: bool,
 }
 
 impl<const C: usize> RateBounds<C> {
     #[inline(always)]
-    fn interval(&self, i: usize) -> (f64, f64) {
-        (self.low[i].max(-self.speed[i]), self.high[i].min(self.speed[i]))
-    }
-
-    #[inline(always)]
     fn hold(&self, rates: &[f64]) -> bool {
-        (0..rates.len()).all(|i| {
-            let (low, high) = self.interval(i);
-            rates[i] >= low && rates[i] <= high
-        })
+        (0..rates.len()).all(|i| rates[i] >= self.low[i] && rates[i] <= self.high[i])
     }
 
     /// On the line through `alone`, the motion of the task, and `rates`, which add a free motion to it: the point within the limits nearest to
@@ -122,7 +117,7 @@ impl<const C: usize> RateBounds<C> {
     fn keep(&self, alone: &[f64], rates: &mut [f64]) {
         let (mut least, mut most) = (-FURTHEST, FURTHEST);
         for i in 0..rates.len() {
-            let (low, high) = self.interval(i);
+            let (low, high) = (self.low[i], self.high[i]);
             let more = rates[i] - alone[i];
             let (a, b) = ((low - alone[i]) / more, (high - alone[i]) / more);
             if more != 0.0 && !a.is_nan() && !b.is_nan() {
@@ -138,7 +133,7 @@ impl<const C: usize> RateBounds<C> {
             }
         }
         for i in 0..rates.len() {
-            let (low, high) = self.interval(i);
+            let (low, high) = (self.low[i], self.high[i]);
             // Numbers near the largest there are can overflow on the way: such a joint stands still.
             let wanted = slower * rates[i];
             rates[i] = if wanted.is_finite() { wanted.clamp(low, high) } else { 0.0 };
@@ -281,11 +276,11 @@ impl RateSolver {
     #[inline(always)]
     fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<C> {
         let (limits, dt) = (self.robot.limits(), self.settings.dt);
-        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: [f64::INFINITY; C] };
+        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: [f64::INFINITY; C], returning: false };
         for i in 0..q.len() {
-            out.low[i] = ((limits.q_min[i] - q[i]) / dt).min(0.0);
-            out.high[i] = ((limits.q_max[i] - q[i]) / dt).max(0.0);
+            (out.low[i], out.high[i]) = speed_interval(limits, i, q[i], dt);
             out.speed[i] = limits.qd_max[i];
+            out.returning |= beyond(limits, i, q[i]) != 0.0;
         }
         out
     }
@@ -331,6 +326,10 @@ impl Resolver for RateSolver {
         self.settings.limits
     }
 
+    fn dt(&self) -> f64 {
+        self.settings.dt
+    }
+
     /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
     /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
     fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
@@ -357,9 +356,12 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
     rates[..n].copy_from_slice(&motion.dq[..n]);
     if solver.settings.limits {
         let bounds = solver.bounds::<C>(q);
-        if !bounds.hold(&rates[..n]) {
+        let held = !bounds.hold(&rates[..n]);
+        if held {
             solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
-            return StepStatus::Limited;
+        }
+        if held || bounds.returning {
+            return if bounds.returning { StepStatus::Returning } else { StepStatus::Limited };
         }
     }
     match (motion.damped, motion.complete) {

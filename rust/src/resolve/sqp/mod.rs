@@ -7,6 +7,7 @@ mod step;
 use std::sync::Arc;
 
 use super::StepStatus;
+use super::bounds::{beyond, speed_interval};
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
@@ -141,12 +142,13 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let wanted = directions.reduce(w, v).map(|x| dt * x);
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
     let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
-    let (mut low, mut high) = solver.box_around::<C>(q);
+    let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
     if limits {
-        let speed = &solver.robot.limits().qd_max;
+        let limits = solver.robot.limits();
         for i in 0..n {
-            low[i] = low[i].max(-speed[i] * dt).min(0.0);
-            high[i] = high[i].min(speed[i] * dt).max(0.0);
+            let (least, most) = speed_interval(limits, i, q[i], dt);
+            (low[i], high[i]) = (least * dt, most * dt);
+            returning |= beyond(limits, i, q[i]) != 0.0;
         }
     }
     let fraction = (gain * dt).min(1.0);
@@ -154,5 +156,5 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     for i in 0..n {
         rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
     }
-    step.status
+    if returning { StepStatus::Returning } else { step.status }
 }
