@@ -13,8 +13,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// How far a joint at `q` is beyond a limit, above zero beyond the upper and below zero beyond the lower one; zero within, and for numbers that
 /// are not finite.
-#[inline(always)]
-pub(super) fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
+fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
     let (low, high) = (limits.q_min[i], limits.q_max[i]);
     let counts = |by: f64, limit: f64| by > ROUNDING * limit.abs().max(1.0) && by.is_finite();
     if counts(q - high, high) {
@@ -26,34 +25,59 @@ pub(super) fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
     }
 }
 
-/// Least and greatest rate of joint `i` at `q` within limits of position and speed, never empty: a joint never crosses a position limit within the
-/// tick, and comes back from beyond one.
+/// Least and greatest rates of all joints at `q` within limits of position and speed, never empty: a joint never crosses a position limit within the
+/// tick, and comes back from beyond one. Whether one has to.
 #[inline(always)]
-pub(super) fn speed_interval(limits: &Limits, i: usize, q: f64, dt: f64) -> (f64, f64) {
-    interval(limits, i, q, dt, f64::INFINITY, None)
+pub(super) fn speed_bounds(limits: &Limits, q: &[f64], dt: f64, low: &mut [f64], high: &mut [f64]) -> bool {
+    let n = q.len();
+    let (least, most, speed) = (&limits.q_min[..n], &limits.q_max[..n], &limits.qd_max[..n]);
+    let (low, high) = (&mut low[..n], &mut high[..n]);
+    let mut outside = false;
+    for i in 0..n {
+        low[i] = ((least[i] - q[i]) / dt).min(0.0).max(-speed[i]);
+        high[i] = ((most[i] - q[i]) / dt).max(0.0).min(speed[i]);
+        outside |= (q[i] < least[i]) | (q[i] > most[i]);
+    }
+    outside && take_back(limits, q, dt, low, high)
 }
 
-/// The same within limits of acceleration too. `before` is the rate in the tick before, where accelerations count.
+/// The rates of joints that are beyond a limit; whether any is, by more than rounding.
+#[cold]
+#[inline(never)]
+fn take_back(limits: &Limits, q: &[f64], dt: f64, low: &mut [f64], high: &mut [f64]) -> bool {
+    let mut any = false;
+    for i in 0..q.len() {
+        let by = beyond(limits, i, q[i]);
+        if by != 0.0 {
+            (low[i], high[i]) = returning(by, limits.qd_max[i], dt, None, low[i], high[i]);
+            any = true;
+        }
+    }
+    any
+}
+
+/// Least and greatest rate of joint `i` at `q` within limits of acceleration too, and whether it has to come back. `before` is its rate in the tick
+/// before, where accelerations count.
 ///
 /// With a limit of acceleration a joint keeps the room that it needs to come to rest. Where the acceleration that a limit of position takes is more
 /// than the joint has, position comes first; on the way back from beyond one, acceleration does.
-pub(super) fn rate_interval(limits: &Limits, i: usize, q: f64, dt: f64, before: Option<f64>) -> (f64, f64) {
-    interval(limits, i, q, dt, limits.qdd_max[i], before)
-}
-
 #[inline(always)]
-fn interval(limits: &Limits, i: usize, q: f64, dt: f64, acceleration: f64, before: Option<f64>) -> (f64, f64) {
-    let speed = limits.qd_max[i];
+pub(super) fn rate_interval(limits: &Limits, i: usize, q: f64, dt: f64, before: Option<f64>) -> (f64, f64, bool) {
+    let (speed, acceleration) = (limits.qd_max[i], limits.qdd_max[i]);
     let change = before.filter(|_| acceleration.is_finite()).map(|before| (before, acceleration * dt));
     let mut high = speed.min(fastest(limits.q_max[i] - q, acceleration, dt));
     let mut low = -speed.min(fastest(q - limits.q_min[i], acceleration, dt));
-    let by = beyond(limits, i, q);
-    if by != 0.0 {
-        (low, high) = returning(by, speed, dt, change, low, high);
+    let mut back = false;
+    if q < limits.q_min[i] || q > limits.q_max[i] {
+        let by = beyond(limits, i, q);
+        back = by != 0.0;
+        if back {
+            (low, high) = returning(by, speed, dt, change, low, high);
+        }
     }
     match change {
-        Some((before, change)) => ((before - change).min(high).max(low), (before + change).max(low).min(high)),
-        None => (low, high),
+        Some((before, change)) => ((before - change).min(high).max(low), (before + change).max(low).min(high), back),
+        None => (low, high, back),
     }
 }
 
@@ -103,7 +127,7 @@ mod tests {
         for dt in [1e-3, 1e-2] {
             let (limits, mut q, mut rate, mut closest) = (limits(5.0), 0.0, 0.0, f64::INFINITY);
             for _ in 0..(5.0 / dt) as usize {
-                let (low, high) = rate_interval(&limits, 0, q, dt, Some(rate));
+                let (low, high, _) = rate_interval(&limits, 0, q, dt, Some(rate));
                 assert!(low <= high && low >= rate - 5.0 * dt - 1e-12);
                 rate = high;
                 q += rate * dt;
@@ -116,13 +140,13 @@ mod tests {
 
     #[test]
     fn beyond_a_limit_a_joint_comes_back() {
-        assert_eq!(rate_interval(&limits(f64::INFINITY), 0, 1.5, 1e-3, None), (-2.0, -0.5));
-        assert_eq!(rate_interval(&limits(f64::INFINITY), 0, -1.5, 1e-3, None), (0.5, 2.0));
+        assert_eq!(rate_interval(&limits(f64::INFINITY), 0, 1.5, 1e-3, None), (-2.0, -0.5, true));
+        assert_eq!(rate_interval(&limits(f64::INFINITY), 0, -1.5, 1e-3, None), (0.5, 2.0, true));
         // On its way outwards it stops first, then takes up speed as fast as it can.
-        assert_eq!(rate_interval(&limits(1.0), 0, 1.5, 1e-3, Some(1.0)), (0.0, 0.0));
-        let (_, high) = rate_interval(&limits(1.0), 0, 1.5, 1e-3, Some(-0.1));
+        assert_eq!(rate_interval(&limits(1.0), 0, 1.5, 1e-3, Some(1.0)), (0.0, 0.0, true));
+        let (_, high, _) = rate_interval(&limits(1.0), 0, 1.5, 1e-3, Some(-0.1));
         assert!((high + 0.101).abs() < 1e-15, "{high}");
-        let (low, high) = rate_interval(&limits(f64::INFINITY), 0, 1.0 + 1e-4, 1e-3, None);
+        let (low, high, _) = rate_interval(&limits(f64::INFINITY), 0, 1.0 + 1e-4, 1e-3, None);
         assert!(low == -2.0 && (high + 0.1).abs() < 1e-8, "as far as the limit: {high}");
     }
 
@@ -131,7 +155,7 @@ mod tests {
         let open = Limits { q_min: vec![f64::NAN], q_max: vec![f64::INFINITY], qd_max: vec![f64::INFINITY], qdd_max: vec![f64::NAN] };
         for q in [0.0, 1e300, f64::INFINITY, f64::NAN] {
             assert_eq!(beyond(&open, 0, q), 0.0);
-            let (low, high) = rate_interval(&open, 0, q, 1e-3, Some(0.0));
+            let (low, high, _) = rate_interval(&open, 0, q, 1e-3, Some(0.0));
             assert!(low <= 0.0 && high >= 0.0, "{low} {high}");
         }
     }

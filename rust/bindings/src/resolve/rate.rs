@@ -67,11 +67,11 @@ impl PyRateSolver {
             let status = self.solver.step(&q[..n], twist, &mut memory, rates);
             self.remembered().memory = memory;
             self.given.check(py)?;
-            self.remembered().last = Last::new(status, q, twist, rates);
+            self.remembered().last.take(status, q, twist, rates);
         } else {
             let mut remembered = self.remembered();
             let status = self.solver.step(&q[..n], twist, &mut remembered.memory, rates);
-            remembered.last = Last::new(status, q, twist, rates);
+            remembered.last.take(status, q, twist, rates);
         }
         Ok(array)
     }

@@ -188,12 +188,13 @@ impl Last {
     /// Nothing asked yet.
     pub const NONE: Self = Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS] };
 
-    /// Of a step.
+    /// Takes up a step, in place.
     #[inline(always)]
-    pub fn new(status: StepStatus, q: &[f64; MAX_JOINTS], twist: &Row6, rates: &[f64]) -> Self {
-        let mut out = Self { status, q: *q, twist: *twist, rates: [0.0; MAX_JOINTS] };
-        out.rates[..rates.len()].copy_from_slice(rates);
-        out
+    pub fn take(&mut self, status: StepStatus, q: &[f64; MAX_JOINTS], twist: &Row6, rates: &[f64]) {
+        (self.status, self.q, self.twist) = (status, *q, *twist);
+        for (kept, rate) in self.rates.iter_mut().zip(rates) {
+            *kept = *rate;
+        }
     }
 
     /// The part of the twist that was not followed.

@@ -69,7 +69,7 @@ impl PyOrthogonalSqp {
         let rates = elements(&array);
         let status = self.solver.step(&q[..n], twist, rates);
         self.given.check(py)?;
-        *self.last() = Last::new(status, q, twist, rates);
+        self.last().take(status, q, twist, rates);
         Ok(array)
     }
 }

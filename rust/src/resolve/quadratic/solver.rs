@@ -12,7 +12,7 @@ use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
-use crate::resolve::bounds::{beyond, rate_interval};
+use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
@@ -110,8 +110,9 @@ impl QuadraticSolver {
         if self.settings.limits {
             let limits = self.robot.limits();
             for i in 0..q.len() {
-                (out.lower[i], out.upper[i]) = rate_interval(limits, i, q[i], self.settings.dt, before.map(|rates| rates[i]));
-                out.returning |= beyond(limits, i, q[i]) != 0.0;
+                let (low, high, back) = rate_interval(limits, i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+                (out.lower[i], out.upper[i]) = (low, high);
+                out.returning |= back;
             }
         }
         out

@@ -10,7 +10,7 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
-use crate::resolve::bounds::{beyond, speed_interval};
+use crate::resolve::bounds::speed_bounds;
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
 use crate::task::{Target, Task};
@@ -97,15 +97,16 @@ pub struct RateSolver {
 }
 
 /// Rates within position and speed limits.
-struct RateBounds<const C: usize> {
+struct RateBounds<'a, const C: usize> {
     low: [f64; C],
     high: [f64; C],
-    speed: [f64; C],
+    /// Limits of speed.
+    speed: &'a [f64],
     /// Whether a joint is beyond a limit of position, and has to come back.
     returning: bool,
 }
 
-impl<const C: usize> RateBounds<C> {
+impl<const C: usize> RateBounds<'_, C> {
     #[inline(always)]
     fn hold(&self, rates: &[f64]) -> bool {
         (0..rates.len()).all(|i| rates[i] >= self.low[i] && rates[i] <= self.high[i])
@@ -266,7 +267,7 @@ impl RateSolver {
     /// Takes from the free motion, then from all, what limits have no room for.
     #[cold]
     #[inline(never)]
-    fn slow_down<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, bounds: &RateBounds<C>, rates: &mut [f64]) {
+    fn slow_down<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, bounds: &RateBounds<'_, C>, rates: &mut [f64]) {
         // The task comes first: another share of the free motion before anything is taken from it.
         let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, memory).dq;
         bounds.keep(&alone[..rates.len()], rates);
@@ -274,14 +275,10 @@ impl RateSolver {
 
     /// What position and speed limits leave room for within a tick.
     #[inline(always)]
-    fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<C> {
+    fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<'_, C> {
         let (limits, dt) = (self.robot.limits(), self.settings.dt);
-        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: [f64::INFINITY; C], returning: false };
-        for i in 0..q.len() {
-            (out.low[i], out.high[i]) = speed_interval(limits, i, q[i], dt);
-            out.speed[i] = limits.qd_max[i];
-            out.returning |= beyond(limits, i, q[i]) != 0.0;
-        }
+        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: &limits.qd_max, returning: false };
+        out.returning = speed_bounds(limits, q, dt, &mut out.low, &mut out.high);
         out
     }
 

@@ -7,7 +7,7 @@ mod step;
 use std::sync::Arc;
 
 use super::StepStatus;
-use super::bounds::{beyond, speed_interval};
+use super::bounds::speed_bounds;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
@@ -144,12 +144,8 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
     let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
     if limits {
-        let limits = solver.robot.limits();
-        for i in 0..n {
-            let (least, most) = speed_interval(limits, i, q[i], dt);
-            (low[i], high[i]) = (least * dt, most * dt);
-            returning |= beyond(limits, i, q[i]) != 0.0;
-        }
+        returning = speed_bounds(solver.robot.limits(), q, dt, &mut low, &mut high);
+        (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
     let fraction = (gain * dt).min(1.0);
     let step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
