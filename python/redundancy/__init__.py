@@ -49,9 +49,11 @@ from ._core import (
     solve_qp,
 )
 from .design import (
+    ManipulabilityResult,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
+    maximum_manipulability,
     minimum_condition_posture,
     planar_tetrahedron,
 )
@@ -90,6 +92,7 @@ __all__ = [
     "JointLimits",
     "LimitBarrier",
     "Manipulability",
+    "ManipulabilityResult",
     "ModelError",
     "NonFiniteError",
     "Objective",
@@ -130,6 +133,7 @@ __all__ = [
     "characteristic_length",
     "cyclic_start",
     "follow",
+    "maximum_manipulability",
     "minimum_condition_posture",
     "on_rail",
     "plan",

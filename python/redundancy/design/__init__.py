@@ -1,5 +1,6 @@
 """Postures chosen for their own sake, and what they tell about a robot."""
 
+from .manipulability import ManipulabilityResult, maximum_manipulability
 from .posture import (
     PlanarTetrahedron,
     PostureResult,
@@ -9,9 +10,11 @@ from .posture import (
 )
 
 __all__ = [
+    "ManipulabilityResult",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
+    "maximum_manipulability",
     "minimum_condition_posture",
     "planar_tetrahedron",
 ]
