@@ -9,7 +9,7 @@ use crate::array::{elements, ok, output, read_vector, vector};
 use crate::collision::scene::PyScene;
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
-use crate::resolve::quadratic_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
+use crate::resolve::quadratic_arguments::{Weights, read_constraints, read_derivatives, read_form};
 use crate::resolve::quadratic_state::{Shared, State};
 use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
@@ -41,12 +41,20 @@ use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, Qua
 ///     ``weight (|value| + T g'qd)^2 / 2`` (eq. 14), convex whatever the weight.
 /// derivatives : {"exact", "bfgs", "differences"}
 ///     Exact gradient and Hessian; exact gradient and the direct BFGS update (eq. 20, corrected); or differences of values (eq. 17, 19).
-/// rate_weights : float or array_like, shape (n,)
-///     Q, the weight of each joint's squared rate.
-/// stiffness : float
-///     Weight of the squared deviation from the task where a step gives none.
-/// largest_deviation : tuple of float, optional
-///     Largest angular [rad/s] and linear [m/s] deviation of any component; it gives way before rows do.
+/// step : float, optional
+///     Step of the differences [rad or m]; 1e-4 if not given.
+/// rate_weights : float or array_like, shape (n,) or (n, n)
+///     Q, the weight of the rates: one number, one a joint, or a symmetric positive definite matrix; 1 if not given.
+/// stiffness : float or array_like, shape (6,) or (6, 6)
+///     Q_delta, 1e4 if not given: the weight of the deviation delta = [omega; v] in the base frame at the tool point, as far as the task
+///     looks at it: of ``|v|^2`` and of
+///     ``length^2 |omega|^2``, or one weight a component, or a symmetric positive definite matrix, in which case ``length`` weighs nothing.
+///     A number that a step gives replaces this one, and multiplies weights that are more than a number.
+/// largest_deviation : array_like, shape (2,), (6,) or (2, 6), optional
+///     Bounds of the deviation, which give way before rows do: the largest angular [rad/s] and linear [m/s] one of any component of the task; or that
+///     of each component of [omega; v] in the base frame; or their lower bounds, at most 0, and their upper ones. Infinite for none.
+/// jerk : float or array_like, shape (n,), optional
+///     Limits of jerk [rad/s^3 or m/s^3], where ``limits`` hold. They yield to limits of position, speed and acceleration, in this order.
 /// length : float, optional
 ///     Weighs angular deviations against linear ones [m]. 1 if not given.
 /// dt : float
@@ -122,8 +130,8 @@ impl PyQuadraticProgram {
 #[pymethods]
 impl PyQuadraticProgram {
     #[new]
-    #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", rate_weights=None,
-                        stiffness=1e4, largest_deviation=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
+    #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", step=None, rate_weights=None,
+                        stiffness=None, largest_deviation=None, jerk=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
                         security=0.02, damping=0.5, tolerance=1e-3))]
     fn new(
         py: Python<'_>,
@@ -133,9 +141,11 @@ impl PyQuadraticProgram {
         weight: f64,
         form: &str,
         derivatives: &str,
+        step: Option<f64>,
         rate_weights: Option<&Bound<'_, PyAny>>,
-        stiffness: f64,
-        largest_deviation: Option<(f64, f64)>,
+        stiffness: Option<&Bound<'_, PyAny>>,
+        largest_deviation: Option<&Bound<'_, PyAny>>,
+        jerk: Option<&Bound<'_, PyAny>>,
         length: f64,
         dt: f64,
         limits: bool,
@@ -147,15 +157,7 @@ impl PyQuadraticProgram {
     ) -> PyResult<Self> {
         let core = robot.get().robot.clone();
         let n = core.n();
-        let settings = QuadraticSettings {
-            length,
-            dt,
-            rate_weights: read_rate_weights(rate_weights, n)?,
-            stiffness,
-            largest_deviation: largest_deviation.unwrap_or((f64::INFINITY, f64::INFINITY)),
-            limits,
-            tolerance,
-        };
+        let mut settings = QuadraticSettings { length, dt, limits, tolerance, ..QuadraticSettings::default() };
         let index = objective.map(|given| Ok::<_, PyErr>((given.cast::<PyObjective>()?.get().objective.clone(), weight))).transpose()?;
         let guard = match scene {
             None => None,
@@ -166,7 +168,10 @@ impl PyQuadraticProgram {
                 Some((scene, ok(Damper::new(influence, security, damping))?))
             }
         };
-        let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
+        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, task.get().task);
+        let rest = Weights { rate_weights, stiffness, largest_deviation, jerk }.apply(&mut settings, n)?;
+        let mut solver = ok(QuadraticSolver::new(core, task_of, index, form, derivatives, settings))?;
+        ok(rest.give(&mut solver))?;
         let state = Mutex::new(State::new(guard.is_some()));
         let given = Given::new(py, robot, task, objective.map(|objective| objective.clone().unbind()));
         Ok(Self { solver, given, guard, state })

@@ -5,8 +5,10 @@
 //! as the robot has joints, and is strictly convex at singularities too.
 
 mod damper;
+mod general;
 mod guarded;
 mod index_term;
+mod jerk;
 mod path;
 mod programme;
 mod settings;

@@ -129,6 +129,8 @@ impl Default for Outcome {
 pub struct QuadraticMemory {
     /// Rates of the tick before, if there was one.
     pub rates: Option<[f64; MAX_JOINTS]>,
+    /// Rates of the tick before that, where jerk counts.
+    pub(super) earlier: Option<[f64; MAX_JOINTS]>,
     active: ([Constraint; MAX_JOINTS], usize),
     /// Last, as it is large and touched by BFGS alone.
     pub(super) index: IndexMemory,
@@ -137,7 +139,7 @@ pub struct QuadraticMemory {
 impl Default for QuadraticMemory {
     fn default() -> Self {
         let none = Constraint { place: Place::Bound(0), side: Side::Lower };
-        Self { rates: None, index: IndexMemory::default(), active: ([none; MAX_JOINTS], 0) }
+        Self { rates: None, earlier: None, index: IndexMemory::default(), active: ([none; MAX_JOINTS], 0) }
     }
 }
 

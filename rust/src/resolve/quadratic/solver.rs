@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::general::{General, combined, twists_of};
 use super::index_term::{Derivatives, IndexForm, IndexTerm};
 use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
@@ -10,7 +11,7 @@ use crate::index::Objective;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
+use crate::linalg::{Mat6, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
 use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
@@ -38,6 +39,8 @@ pub struct QuadraticSolver {
     pub(super) task: Task,
     term: Option<IndexTerm>,
     settings: QuadraticSettings,
+    /// What is more than one number; apart, as few have it.
+    pub(super) general: Option<Box<General>>,
 }
 
 /// Least and greatest rates.
@@ -82,7 +85,7 @@ impl QuadraticSolver {
             }
         }
         let term = index.map(|(objective, weight)| IndexTerm { objective, weight, form, derivatives });
-        Ok(Self { robot, task, term, settings })
+        Ok(Self { robot, task, term, settings, general: None })
     }
 
     /// The settings.
@@ -105,14 +108,17 @@ impl QuadraticSolver {
         with_capacity!(self.robot.n(), step(self, tick, memory, rates))
     }
 
-    fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> RateBounds<C> {
+    fn bounds<const C: usize>(&self, q: &[f64], memory: &QuadraticMemory) -> RateBounds<C> {
         let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false };
         if self.settings.limits {
-            let limits = self.robot.limits();
+            let (limits, before) = (self.robot.limits(), memory.rates.as_ref());
             for i in 0..q.len() {
                 let (low, high, back) = rate_interval(limits, i, q[i], self.settings.dt, before.map(|rates| rates[i]));
                 (out.lower[i], out.upper[i]) = (low, high);
                 out.returning |= back;
+            }
+            if let Some(general) = &self.general {
+                general.limit_jerk(limits, q, self.settings.dt, memory, &mut out.lower, &mut out.upper);
             }
         }
         out
@@ -134,17 +140,49 @@ impl QuadraticSolver {
         let (w, v) = halves(&tick.twist);
         let rows = directions.rows(&columns);
         let wanted = directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST));
-        let mut cost = Cost::<C>::of_rates(&self.settings.rate_weights[..n]);
+        let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
-        cost.add_deviation(tick.stiffness, &rows, &wanted, directions.dimension());
+        self.add_deviation(&mut cost, tick.stiffness, &directions, &rows, &wanted);
         let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned };
         let (angular, linear) = self.settings.largest_deviation;
-        let bounded = if angular.is_finite() || linear.is_finite() { directions.dimension() } else { 0 };
+        let bounded = match &self.general {
+            Some(general) if general.bounds.is_some() => 6,
+            _ if angular.is_finite() || linear.is_finite() => directions.dimension(),
+            _ => 0,
+        };
         match tick.rows.len() + bounded {
             0 => self.answer(&programme, &mut [], memory, rates),
             1..=FEW_ROWS => self.answer(&programme, &mut [DenseRow::OPEN; FEW_ROWS], memory, rates),
             _ => self.answer_many(&programme, memory, rates),
         }
+    }
+
+    #[inline(always)]
+    fn cost_of_rates<const C: usize>(&self, n: usize) -> Cost<C> {
+        let mut cost = Cost::of_rates(&self.settings.rate_weights[..n]);
+        if let Some(general) = &self.general {
+            general.set_rates(&mut cost, n);
+        }
+        cost
+    }
+
+    #[inline(always)]
+    fn add_deviation<const C: usize>(&self, cost: &mut Cost<C>, stiffness: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
+        let other;
+        let (rows, wanted) = match self.general.as_ref().and_then(|general| general.weighing(at, &self.twists(at))) {
+            None => (rows, wanted),
+            Some(matrix) => {
+                other = combined(&matrix, rows, wanted);
+                (&other.0, &other.1)
+            }
+        };
+        cost.add_deviation(stiffness, rows, wanted, at.dimension());
+    }
+
+    /// The twist of each component of the task.
+    #[inline(always)]
+    fn twists(&self, at: &Directions) -> Mat6 {
+        twists_of(at, self.task.angular.dimension(), self.settings.length)
     }
 
     /// Apart, so that other ticks have no large buffer on their stack.
@@ -170,6 +208,7 @@ impl QuadraticSolver {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
+        memory.earlier = memory.rates.filter(|_| self.general.is_some());
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
         let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
         let (deviation, kept) = self.deviation(programme, &rates[..n]);
@@ -203,6 +242,14 @@ impl QuadraticSolver {
             (dense.lower, dense.upper) = (row.lower, row.upper);
         }
         let mut all = hard;
+        if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
+            let (rows, wanted) = combined(&self.twists(&programme.directions), &programme.rows, &programme.wanted);
+            for k in 0..6 {
+                buffer[all] = DenseRow { a: rows[k], lower: wanted[k] - upper[k], upper: wanted[k] - lower[k] };
+                all += 1;
+            }
+            return (hard, all);
+        }
         for r in 0..programme.directions.dimension() {
             let (angular, linear) = self.settings.largest_deviation;
             let most = if r < self.task.angular.dimension() { self.settings.length * angular } else { linear };
@@ -242,19 +289,19 @@ impl QuadraticSolver {
         mut found: Minimum<C>,
         memory: &mut QuadraticMemory,
     ) -> Answer<C> {
-        let (n, dimension) = (programme.n, programme.directions.dimension());
+        let n = programme.n;
         let without_index = matches!(found.status, Status::NotConvex | Status::Undefined).then_some(found.status);
         let mut cost = programme.cost;
         if without_index.is_some() {
-            cost = Cost::of_rates(&self.settings.rate_weights[..n]);
-            cost.add_deviation(programme.tick.stiffness, &programme.rows, &programme.wanted, dimension);
+            cost = self.cost_of_rates(n);
+            self.add_deviation(&mut cost, programme.tick.stiffness, &programme.directions, &programme.rows, &programme.wanted);
             found = solve(&cost, at, n, &ActiveSet::default());
         }
         let mut beyond_deviation = false;
         let own = Constraints { rows: &at.rows[..hard], ..*at };
         if found.status != Status::Solved && at.rows.len() > hard {
             // The largest deviation is out of reach: what counts now is to exceed it by little.
-            cost.add_deviation(STIFFEST, &programme.rows, &programme.wanted, dimension);
+            cost.add_deviation(STIFFEST, &programme.rows, &programme.wanted, programme.directions.dimension());
             found = solve(&cost, &own, n, &ActiveSet::default());
             beyond_deviation = found.status == Status::Solved;
         }
@@ -291,7 +338,7 @@ impl QuadraticSolver {
 
 #[inline(never)]
 fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
-    let bounds = solver.bounds::<C>(tick.q, memory.rates.as_ref());
+    let bounds = solver.bounds::<C>(tick.q, memory);
     solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
