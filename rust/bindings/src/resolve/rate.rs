@@ -4,6 +4,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::array::{elements, ok, output, read_list, read_vector};
 use crate::errors::PyResult;
@@ -320,27 +321,58 @@ impl PyRateSolver {
     }
 }
 
-struct Arguments<'a, 'py> {
+/// What the classes of all methods are made of: their arguments are read by one function, as reading them is much machine code.
+#[pyclass(frozen)]
+struct Arguments {
     robot: Py<PyRobot>,
     task: Py<PyTask>,
-    objective: Option<&'a Bound<'py, PyAny>>,
-    scaling: &'a str,
+    objective: Option<Py<PyAny>>,
+    scaling: String,
     length: Option<f64>,
-    weights: Option<&'a Bound<'py, PyAny>>,
+    weights: Option<Py<PyAny>>,
     settings: RateSettings,
 }
 
-fn make(py: Python<'_>, method: Method, given: Arguments<'_, '_>) -> PyResult<PyRateSolver> {
+#[pyfunction(name = "RateSolver")]
+#[pyo3(signature = (robot, task, objective=None, *, scaling="gradient".into(), gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
+                    iterations=20, correct=true, tolerance=1e-12, weights=None))]
+fn arguments(
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Option<Py<PyAny>>,
+    scaling: String,
+    gain: f64,
+    relaxation: f64,
+    length: Option<f64>,
+    damping: f64,
+    dt: f64,
+    limits: bool,
+    iterations: usize,
+    correct: bool,
+    tolerance: f64,
+    weights: Option<Py<PyAny>>,
+) -> Arguments {
+    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, correct, tolerance };
+    Arguments { robot, task, objective, scaling, length, weights, settings }
+}
+
+#[inline(never)]
+fn make(method: Method, given: &Bound<'_, PyTuple>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<PyRateSolver> {
+    let py = given.py();
+    let read = wrap_pyfunction!(arguments, py)?.call(given, keywords)?;
+    let given = read.cast::<Arguments>().map_err(PyErr::from)?.get();
     let core = given.robot.get().robot.clone();
-    let own = given.objective.and_then(|objective| objective.cast::<PyObjective>().ok()).and_then(|o| o.get().objective.length());
+    let objective = given.objective.as_ref().map(|objective| objective.bind(py));
+    let own = objective.and_then(|objective| objective.cast::<PyObjective>().ok()).and_then(|o| o.get().objective.length());
     let settings = RateSettings { length: given.length.or(own).unwrap_or(1.0), ..given.settings };
-    let scaling = scaling(given.scaling)?;
-    let secondary = secondary(given.objective, &core, scaling)?;
-    let weights = given.weights.map(|weights| read_list("weights", weights)).transpose()?;
-    let solver = ok(RateSolver::new(core, given.task.get().task, method, secondary, weights.as_deref(), settings))?;
-    let task = if *solver.task() == given.task.get().task { given.task } else { Py::new(py, PyTask { task: *solver.task() })? };
-    let objective = given.objective.map(|objective| objective.clone().unbind());
-    Ok(PyRateSolver::of(solver, Given::new(py, given.robot, task, objective), scaling))
+    let scaling = scaling(&given.scaling)?;
+    let secondary = secondary(objective, &core, scaling)?;
+    let weights = given.weights.as_ref().map(|weights| read_list("weights", weights.bind(py))).transpose()?;
+    let task = given.task.clone_ref(py);
+    let solver = ok(RateSolver::new(core, task.get().task, method, secondary, weights.as_deref(), settings))?;
+    let task = if *solver.task() == task.get().task { task } else { Py::new(py, PyTask { task: *solver.task() })? };
+    let objective = objective.map(|objective| objective.clone().unbind());
+    Ok(PyRateSolver::of(solver, Given::new(py, given.robot.clone_ref(py), task, objective), scaling))
 }
 
 macro_rules! methods {
@@ -392,28 +424,10 @@ macro_rules! methods {
             #[pymethods]
             impl $name {
                 #[new]
-                #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
-                                    iterations=20, correct=true, tolerance=1e-12, weights=None))]
-                fn new(
-                    py: Python<'_>,
-                    robot: Py<PyRobot>,
-                    task: Py<PyTask>,
-                    objective: Option<&Bound<'_, PyAny>>,
-                    scaling: &str,
-                    gain: f64,
-                    relaxation: f64,
-                    length: Option<f64>,
-                    damping: f64,
-                    dt: f64,
-                    limits: bool,
-                    iterations: usize,
-                    correct: bool,
-                    tolerance: f64,
-                    weights: Option<&Bound<'_, PyAny>>,
-                ) -> PyResult<PyClassInitializer<Self>> {
-                    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, correct, tolerance };
-                    let given = Arguments { robot, task, objective, scaling, length, weights, settings };
-                    Ok(PyClassInitializer::from(make(py, Method::$method, given)?).add_subclass(Self))
+                #[pyo3(signature = (*args, **settings), text_signature = "(robot, task, objective=None, *, scaling='gradient', gain=1.0, relaxation=1.0, \
+                                    length=None, damping=1e-3, dt=1e-3, limits=True, iterations=20, correct=True, tolerance=1e-12, weights=None)")]
+                fn new(args: &Bound<'_, PyTuple>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<PyClassInitializer<Self>> {
+                    Ok(PyClassInitializer::from(make(Method::$method, args, settings)?).add_subclass(Self))
                 }
             }
         )*
