@@ -141,4 +141,5 @@ def _newton(gradient: F64, hessian: F64, held: _Flags) -> F64:
     along = np.einsum("kia,ki->ka", vectors, slope) / size
     step: F64 = np.einsum("kia,ka->ki", vectors, along) * free
     largest = np.abs(step).max(axis=1, keepdims=True)
-    return step * np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, np.finfo(float).tiny))
+    step *= np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, np.finfo(float).tiny))
+    return step
