@@ -131,13 +131,20 @@ pub const fn most_changes(n: usize, rows: usize) -> usize {
     50 + 10 * (n + rows)
 }
 
+/// In the room for the most variables there are.
+#[inline(never)]
+fn wide(values: &[f64]) -> [f64; MAX_VARIABLES] {
+    let mut out = [0.0; MAX_VARIABLES];
+    out[..values.len()].copy_from_slice(values);
+    out
+}
+
 /// Solves a programme of at most [`MAX_VARIABLES`] variables, from the working set `start`: empty or of a similar programme, any set will do.
 ///
 /// An error tells of arrays that do not fit together; how the search ended is the solution's status.
 pub fn solve(programme: &Programme<'_>, start: &[Constraint]) -> Result<Solution> {
     programme.check()?;
     let n = programme.g.len();
-    let wide = |values: &[f64]| -> [f64; MAX_VARIABLES] { std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)) };
     let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
     for (i, row) in h.iter_mut().enumerate().take(n) {
         *row = wide(&programme.h[i * n..(i + 1) * n]);

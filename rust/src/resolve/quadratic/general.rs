@@ -1,5 +1,6 @@
 //! What is not one number: full matrices of the weights, bounds of the deviation by component and side, jerk (Dufour and Suleiman 2020, eq. 3).
 
+use super::beside::Beside;
 use super::jerk::Moving;
 use super::programme::Cost;
 use super::settings::QuadraticMemory;
@@ -20,10 +21,11 @@ pub(super) struct General {
     deviation: Option<Wide>,
     pub(super) bounds: Option<(Row6, Row6)>,
     jerk: Option<[f64; MAX_JOINTS]>,
+    pub(super) beside: Vec<Beside>,
 }
 
 impl QuadraticSolver {
-    fn general_mut(&mut self) -> &mut General {
+    pub(super) fn general_mut(&mut self) -> &mut General {
         self.general.get_or_insert_default()
     }
 
@@ -104,10 +106,17 @@ impl General {
         }
     }
 
+    /// The rows of the deviation, and what is wanted of them, whose sum of squares it costs; `None` where these are those of the task.
+    #[cold]
+    #[inline(never)]
+    pub fn weigh<const C: usize>(&self, directions: &Directions, rows: &Rows6<C>, wanted: &Row6) -> Option<(Rows6<C>, Row6)> {
+        self.weighing(directions, &twists_of(directions)).map(|matrix| combined(&matrix, rows, wanted))
+    }
+
     /// What takes the components of the deviation to those whose sum of squares it costs; `None` where these are the components themselves.
     #[cold]
     #[inline(never)]
-    pub fn weighing(&self, directions: &Directions, twists: &Mat6) -> Option<Mat6> {
+    fn weighing(&self, directions: &Directions, twists: &Mat6) -> Option<Mat6> {
         let (m, weight) = (directions.dimension(), self.deviation.as_ref()?);
         let mut product = [[0.0; MAX_JOINTS]; MAX_JOINTS];
         for a in 0..m {
@@ -146,12 +155,10 @@ impl General {
 /// The twist at the tool point of each component of a task, by columns; angular components count the length.
 #[cold]
 #[inline(never)]
-pub(super) fn twists_of(directions: &Directions, angular: usize, length: f64) -> Mat6 {
+pub(super) fn twists_of(directions: &Directions) -> Mat6 {
     let mut out = [[0.0; 6]; 6];
     for r in 0..directions.dimension() {
-        let mut unit = [0.0; 6];
-        unit[r] = if r < angular { 1.0 / length } else { 1.0 };
-        let (w, v) = directions.motion_of(&unit);
+        let (w, v) = directions.direction(r);
         for k in 0..3 {
             (out[k][r], out[k + 3][r]) = (w[k], v[k]);
         }

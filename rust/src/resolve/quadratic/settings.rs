@@ -97,6 +97,8 @@ pub struct Tick<'a> {
     pub stiffness: f64,
     /// `lower <= a'qd <= upper`, at most [`MAX_OWN_ROWS`](super::MAX_OWN_ROWS).
     pub rows: &'a [Row<'a>],
+    /// Twists of the frames beside the task [omega; v], in their order; a frame without one does not count.
+    pub twists: &'a [Row6],
 }
 
 /// What came of a tick.

@@ -11,7 +11,7 @@ use crate::index::Objective;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::linalg::{Mat6, Row6, Rows6, size};
+use crate::linalg::{Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
 use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
@@ -54,6 +54,7 @@ pub(super) struct RateBounds<const C: usize> {
 /// The programme of a tick but for its rows.
 struct Programme<'a, const C: usize> {
     tick: &'a Tick<'a>,
+    dt: f64,
     n: usize,
     cost: Cost<C>,
     bounds: &'a RateBounds<C>,
@@ -142,8 +143,8 @@ impl QuadraticSolver {
         let wanted = directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST));
         let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
-        self.add_deviation(&mut cost, tick.stiffness, &directions, &rows, &wanted);
-        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned };
+        self.add_tasks(&mut cost, tick, dt, &directions, &rows, &wanted);
+        let programme = Programme { tick, dt, n, cost, bounds, directions, rows, wanted, conditioned };
         let (angular, linear) = self.settings.largest_deviation;
         let bounded = match &self.general {
             Some(general) if general.bounds.is_some() => 6,
@@ -166,23 +167,12 @@ impl QuadraticSolver {
         cost
     }
 
+    /// The deviation from the task, and what counts beside it.
     #[inline(always)]
-    fn add_deviation<const C: usize>(&self, cost: &mut Cost<C>, stiffness: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
-        let other;
-        let (rows, wanted) = match self.general.as_ref().and_then(|general| general.weighing(at, &self.twists(at))) {
-            None => (rows, wanted),
-            Some(matrix) => {
-                other = combined(&matrix, rows, wanted);
-                (&other.0, &other.1)
-            }
-        };
-        cost.add_deviation(stiffness, rows, wanted, at.dimension());
-    }
-
-    /// The twist of each component of the task.
-    #[inline(always)]
-    fn twists(&self, at: &Directions) -> Mat6 {
-        twists_of(at, self.task.angular.dimension(), self.settings.length)
+    fn add_tasks<const C: usize>(&self, cost: &mut Cost<C>, tick: &Tick<'_>, dt: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
+        let weighed = self.general.as_ref().and_then(|general| self.add_beside(general, tick, dt, cost).weigh(at, rows, wanted));
+        let (rows, wanted) = weighed.as_ref().map_or((rows, wanted), |(rows, wanted)| (rows, wanted));
+        cost.add_deviation(tick.stiffness, rows, wanted, at.dimension());
     }
 
     /// Apart, so that other ticks have no large buffer on their stack.
@@ -243,7 +233,7 @@ impl QuadraticSolver {
         }
         let mut all = hard;
         if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
-            let (rows, wanted) = combined(&self.twists(&programme.directions), &programme.rows, &programme.wanted);
+            let (rows, wanted) = combined(&twists_of(&programme.directions), &programme.rows, &programme.wanted);
             for k in 0..6 {
                 buffer[all] = DenseRow { a: rows[k], lower: wanted[k] - upper[k], upper: wanted[k] - lower[k] };
                 all += 1;
@@ -294,7 +284,7 @@ impl QuadraticSolver {
         let mut cost = programme.cost;
         if without_index.is_some() {
             cost = self.cost_of_rates(n);
-            self.add_deviation(&mut cost, programme.tick.stiffness, &programme.directions, &programme.rows, &programme.wanted);
+            self.add_tasks(&mut cost, programme.tick, programme.dt, &programme.directions, &programme.rows, &programme.wanted);
             found = solve(&cost, at, n, &ActiveSet::default());
         }
         let mut beyond_deviation = false;
