@@ -46,7 +46,7 @@ def test_the_minimiser_is_that_of_all_terms(robot: str, task: str) -> None:
         q, t, elbow, camera = posture(arm, rng), *rng.uniform(-1.0, 1.0, (3, 6))
         rest, weights = posture(arm, rng), rng.uniform(0.1, 3.0, arm.n)
         links = rng.choice(arm.n, 2)
-        beside = [
+        beside: list[rd.PostureTask | rd.FrameTask] = [
             rd.FrameTask(int(links[0]), TASKS[task], ELBOW, weight=30.0),
             rd.PostureTask(rest, weights, gain=0.7),
             rd.FrameTask(int(links[1]), rd.Task.full(), weight=5.0),
@@ -148,7 +148,7 @@ def test_bad_calls() -> None:
         rd.FrameTask(2, rd.Task.full(), 2.0 * np.eye(4) - np.diag([0, 0, 0, 1.0]))
     with pytest.raises(rd.ShapeError, match="frame"):
         rd.FrameTask(2, rd.Task.full(), np.eye(3))
-    beside = [rd.PostureTask(Q), rd.FrameTask(2, rd.Task.position())]
+    beside: list[rd.PostureTask | rd.FrameTask] = [rd.PostureTask(Q), rd.FrameTask(2, rd.Task.position())]
     solver = rd.QuadraticProgram(QUICK, rd.Task.full(), beside=beside)
     for wrong in (np.zeros(6), np.zeros((2, 6)), np.zeros((1, 5))):
         with pytest.raises(rd.ShapeError, match="twists"):

@@ -153,12 +153,27 @@ impl QuadraticSolver {
     #[cold]
     #[inline(never)]
     pub(super) fn add_beside<'a, const C: usize>(&self, general: &'a General, tick: &Tick<'_>, dt: f64, cost: &mut Cost<C>) -> &'a General {
-        let mut twists = tick.twists.iter();
-        let mut links = None;
-        for one in &general.beside {
+        if !general.beside.is_empty() {
+            let beside = self.cost_beside(&general.beside, tick, dt);
+            for i in 0..C {
+                for j in 0..C {
+                    cost.h[i][j] += beside.h[i][j];
+                }
+                cost.g[i] += beside.g[i];
+            }
+        }
+        general
+    }
+
+    /// That, in one capacity for all.
+    #[inline(never)]
+    fn cost_beside(&self, beside: &[Beside], tick: &Tick<'_>, dt: f64) -> Cost<MAX_JOINTS> {
+        let mut cost = Cost::<MAX_JOINTS>::of_rates(&[]);
+        let (mut twists, mut links) = (tick.twists.iter(), None);
+        for one in beside {
             match one {
                 Beside::Posture(it) => {
-                    for i in 0..tick.q.len().min(C) {
+                    for i in 0..tick.q.len() {
                         cost.h[i][i] += it.weights[i];
                         cost.g[i] -= it.weights[i] * it.rate(i, tick.q[i], dt);
                     }
@@ -167,13 +182,11 @@ impl QuadraticSolver {
                     let Some(twist) = twists.next() else { continue };
                     let links = links.get_or_insert_with(|| joint_frames(&self.robot, tick.q));
                     let asked = it.asked(&self.robot, links, twist, self.settings().length);
-                    for (row, wanted) in asked.rows.iter().zip(&asked.wanted).take(asked.dimension) {
-                        cost.add_square(it.weight, &std::array::from_fn(|i| row[i]), -wanted);
-                    }
+                    cost.add_deviation(it.weight, &asked.rows, &asked.wanted, asked.dimension);
                 }
             }
         }
-        general
+        cost
     }
 }
 
