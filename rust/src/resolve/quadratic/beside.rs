@@ -1,6 +1,6 @@
 //! What counts beside the task in a tick: a posture that the joints are drawn to, and tasks of other frames of the arm.
 
-use super::general::General;
+use super::general::{General, combined, twists_of};
 use super::programme::Cost;
 use super::settings::Tick;
 use super::solver::QuadraticSolver;
@@ -8,9 +8,9 @@ use crate::error::{Error, Result, check_finite, check_length, check_positive};
 use crate::kinematics::sized::joint_frames;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{cross, halves, sub};
-use crate::linalg::{MAX_JOINTS, Row6};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::{Joint, Robot};
-use crate::task::{Target, Task};
+use crate::task::{Directions, Target, Task};
 
 /// A posture that the joints are drawn to: `sum of w_i (qd_i - gain (posture_i - q_i))^2 / 2`.
 #[derive(Debug, Clone)]
@@ -149,28 +149,47 @@ impl QuadraticSolver {
         }
     }
 
-    /// Adds what counts beside the task to the cost; frames whose twist the tick does not give count nothing. No allocation.
+    /// Adds to the cost the deviation, weighed by a matrix if there is one, and what counts beside the task; frames whose twist the tick does not give count
+    /// nothing. No allocation.
     #[cold]
     #[inline(never)]
-    pub(super) fn add_beside<'a, const C: usize>(&self, general: &'a General, tick: &Tick<'_>, dt: f64, cost: &mut Cost<C>) -> &'a General {
-        if !general.beside.is_empty() {
-            let beside = self.cost_beside(&general.beside, tick, dt);
-            for i in 0..C {
-                for j in 0..C {
-                    cost.h[i][j] += beside.h[i][j];
-                }
-                cost.g[i] += beside.g[i];
-            }
+    pub(super) fn add_general<const C: usize>(
+        &self,
+        general: &General,
+        tick: &Tick<'_>,
+        dt: f64,
+        at: &Directions,
+        rows: &Rows6<C>,
+        wanted: &Row6,
+        cost: &mut Cost<C>,
+    ) {
+        let mut wide = [[0.0; MAX_JOINTS]; 6];
+        for (wide, row) in wide.iter_mut().zip(rows) {
+            wide[..C].copy_from_slice(row);
         }
-        general
+        let sum = self.cost_general(general, tick, dt, at, &wide, wanted);
+        for i in 0..C {
+            for j in 0..C {
+                cost.h[i][j] += sum.h[i][j];
+            }
+            cost.g[i] += sum.g[i];
+        }
     }
 
     /// That, in one capacity for all.
     #[inline(never)]
-    fn cost_beside(&self, beside: &[Beside], tick: &Tick<'_>, dt: f64) -> Cost<MAX_JOINTS> {
+    fn cost_general(
+        &self,
+        general: &General,
+        tick: &Tick<'_>,
+        dt: f64,
+        at: &Directions,
+        rows: &Rows6<MAX_JOINTS>,
+        wanted: &Row6,
+    ) -> Cost<MAX_JOINTS> {
         let mut cost = Cost::<MAX_JOINTS>::of_rates(&[]);
         let (mut twists, mut links) = (tick.twists.iter(), None);
-        for one in beside {
+        for one in &general.beside {
             match one {
                 Beside::Posture(it) => {
                     for i in 0..tick.q.len() {
@@ -185,6 +204,10 @@ impl QuadraticSolver {
                     cost.add_deviation(it.weight, &asked.rows, &asked.wanted, asked.dimension);
                 }
             }
+        }
+        match general.weighing(at, &twists_of(at)).map(|matrix| combined(&matrix, rows, wanted)) {
+            Some((rows, wanted)) => cost.add_deviation(tick.stiffness, &rows, &wanted, at.dimension()),
+            None => cost.add_deviation(tick.stiffness, rows, wanted, at.dimension()),
         }
         cost
     }

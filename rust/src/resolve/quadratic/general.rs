@@ -106,17 +106,10 @@ impl General {
         }
     }
 
-    /// The rows of the deviation, and what is wanted of them, whose sum of squares it costs; `None` where these are those of the task.
-    #[cold]
-    #[inline(never)]
-    pub fn weigh<const C: usize>(&self, directions: &Directions, rows: &Rows6<C>, wanted: &Row6) -> Option<(Rows6<C>, Row6)> {
-        self.weighing(directions, &twists_of(directions)).map(|matrix| combined(&matrix, rows, wanted))
-    }
-
     /// What takes the components of the deviation to those whose sum of squares it costs; `None` where these are the components themselves.
     #[cold]
     #[inline(never)]
-    fn weighing(&self, directions: &Directions, twists: &Mat6) -> Option<Mat6> {
+    pub fn weighing(&self, directions: &Directions, twists: &Mat6) -> Option<Mat6> {
         let (m, weight) = (directions.dimension(), self.deviation.as_ref()?);
         let mut product = [[0.0; MAX_JOINTS]; MAX_JOINTS];
         for a in 0..m {

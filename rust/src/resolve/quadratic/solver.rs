@@ -25,6 +25,8 @@ pub const MAX_OWN_ROWS: usize = 32;
 const FEW_ROWS: usize = 8;
 /// Part of what a component of the deviation is the difference of, below which it is rounding, and counts as nothing.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Deviations below this [m/s] may be rounding: larger ones are not looked at for it.
+const TINY: f64 = 1e-9;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
 /// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
@@ -170,9 +172,10 @@ impl QuadraticSolver {
     /// The deviation from the task, and what counts beside it.
     #[inline(always)]
     fn add_tasks<const C: usize>(&self, cost: &mut Cost<C>, tick: &Tick<'_>, dt: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
-        let weighed = self.general.as_ref().and_then(|general| self.add_beside(general, tick, dt, cost).weigh(at, rows, wanted));
-        let (rows, wanted) = weighed.as_ref().map_or((rows, wanted), |(rows, wanted)| (rows, wanted));
-        cost.add_deviation(tick.stiffness, rows, wanted, at.dimension());
+        match &self.general {
+            None => cost.add_deviation(tick.stiffness, rows, wanted, at.dimension()),
+            Some(general) => self.add_general(general, tick, dt, at, rows, wanted, cost),
+        }
     }
 
     /// Apart, so that other ticks have no large buffer on their stack.
@@ -198,7 +201,9 @@ impl QuadraticSolver {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
-        memory.earlier = memory.rates.filter(|_| self.general.is_some());
+        if self.general.is_some() {
+            memory.earlier = memory.rates;
+        }
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
         let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
         let (deviation, kept) = self.deviation(programme, &rates[..n]);
@@ -309,13 +314,11 @@ impl QuadraticSolver {
         let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
         for r in 0..programme.directions.dimension() {
             let wanted = programme.wanted[r];
-            let (mut followed, mut size) = (0.0, wanted.abs());
-            for (a, x) in programme.rows[r].iter().zip(rates) {
-                followed += a * x;
-                size += (a * x).abs();
+            let followed: f64 = programme.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
+            out[r] = wanted - followed;
+            if out[r].abs() < TINY && is_rounding(out[r], wanted, &programme.rows[r], rates) {
+                out[r] = 0.0;
             }
-            let rest = wanted - followed;
-            out[r] = if rest.abs() > ROUNDING * size { rest } else { 0.0 };
             left += out[r] * out[r];
             whole += wanted * wanted;
             if r < self.task.angular.dimension() {
@@ -345,6 +348,14 @@ struct Answer<const C: usize> {
 /// Whether a bound takes something from the rates: what merely touches one would go no further without it.
 fn held<const C: usize>(found: &Minimum<C>) -> bool {
     found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
+}
+
+/// Whether what is left of a component is rounding of the sum that it is left from.
+#[cold]
+#[inline(never)]
+fn is_rounding(left: f64, wanted: f64, row: &[f64], rates: &[f64]) -> bool {
+    let size = row.iter().zip(rates).fold(wanted.abs(), |sum, (a, x)| sum + (a * x).abs());
+    left.abs() <= ROUNDING * size
 }
 
 /// The rows that do not hold.
