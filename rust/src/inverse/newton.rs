@@ -79,7 +79,7 @@ pub(crate) fn reach_sized<const C: usize>(
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        let step = step_towards::<C>(robot, limits, task, motion, length, q, caution);
+        let step = step_towards::<C>(robot, limits, task, target, motion, length, q, caution);
         let mut trial = [0.0; C];
         for i in 0..n {
             trial[i] = q[i] + step[i];
@@ -109,6 +109,7 @@ fn step_towards<const C: usize>(
     robot: &Robot,
     limits: Option<&Limits>,
     task: &Task,
+    target: &Target,
     (w, v): (Vec3, Vec3),
     length: f64,
     q: &[f64],
@@ -116,9 +117,8 @@ fn step_towards<const C: usize>(
 ) -> [f64; C] {
     let n = size::<C>(robot.n());
     let (tool, columns) = jacobian::<C>(robot, q);
-    let directions = task.directions(&tool, length);
-    let b = directions.reduce(w, v);
-    let mut rows = directions.rows(&columns);
+    let b = task.directions(&tool, length).reduce(w, v);
+    let mut rows = task.constraint(&tool, target, length).jacobian(&columns);
     let m = task.dimension();
     let square: f64 = b.iter().map(|x| x * x).sum();
     let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();

@@ -14,8 +14,8 @@ use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::robot::Robot;
-use crate::task::Task;
-pub(super) use step::{Bounds, Known, newton_step};
+use crate::task::{Constraint, Task};
+pub(super) use step::{Bounds, Known, NewtonStep, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].
 pub(super) const RADIUS: f64 = 0.3;
@@ -140,7 +140,7 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let (w, v) = halves(twist);
     let wanted = directions.reduce(w, v).map(|x| dt * x);
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
-    let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
+    let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high) = solver.box_around::<C>(q);
     if limits {
         let speed = &solver.robot.limits().qd_max;

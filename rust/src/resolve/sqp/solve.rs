@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Bounds, Known, OrthogonalSqp, RADIUS, newton_step};
+use super::reduce::Turning;
+use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
 use crate::inverse::reach_sized;
@@ -96,10 +97,16 @@ impl OrthogonalSqp {
         let order = if self.settings.exact_hessian { Order::Hessian } else { Order::Gradient };
         while reached && !settled && iterations < self.settings.max_iterations {
             iterations += 1;
-            let directions = self.task.directions(&now.tool, self.settings.length);
-            let known = Known { jacobian: &now.jacobian, objective: &now.objective, directions: &directions, wanted: [0.0; 6] };
+            let (robot, task, length) = (&*self.robot, &self.task, self.settings.length);
+            let constraint = task.constraint(&now.tool, target, length);
+            let turning = task.turns_with_free_motion().then_some(Turning { robot, task, target, length, q: &now.q[..n], held: 0 });
+            let known = Known { jacobian: &now.jacobian, objective: &now.objective, constraint: &constraint, turning, wanted: [0.0; 6] };
             let (low, high) = self.box_around::<C>(&now.q[..n]);
-            let step = newton_step(&known, &Bounds { low, high, radius: RADIUS, gain: 1.0 });
+            let bounds = Bounds { low, high, radius: RADIUS, gain: 1.0 };
+            let mut step = newton_step(&known, &bounds);
+            if step.held != 0 {
+                step = holding(&known, &bounds, step);
+            }
             let last = step.free <= SETTLED;
             if step.free == 0.0 {
                 settled = step.status == StepStatus::Regular;
@@ -159,6 +166,23 @@ impl OrthogonalSqp {
         };
         Solution { q, value: now.objective.value, position_error: norm(v), angle_error: norm(w), status, iterations }
     }
+}
+
+/// The step with its joints at limits held: only then is the curvature that of the motion which is left, and convergence quadratic. The step as it is
+/// where nothing is left to move.
+#[inline(never)]
+fn holding<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>, step: NewtonStep<C>) -> NewtonStep<C> {
+    let (mut jacobian, mut objective, mut bounds) = (*known.jacobian, *known.objective, *bounds);
+    for i in (0..jacobian.n()).filter(|i| step.held >> i & 1 == 1) {
+        (jacobian.w[i], jacobian.v[i]) = ([0.0; 3], [0.0; 3]);
+        (bounds.low[i], bounds.high[i], objective.gradient[i]) = (0.0, 0.0, 0.0);
+        for k in 0..jacobian.n() {
+            (objective.hessian[i][k], objective.hessian[k][i]) = (0.0, 0.0);
+        }
+    }
+    let turning = known.turning.map(|turning| Turning { held: step.held, ..turning });
+    let held = newton_step(&Known { jacobian: &jacobian, objective: &objective, turning, ..*known }, &bounds);
+    if held.free > 0.0 && held.slope < 0.0 { NewtonStep { status: StepStatus::Limited, ..held } } else { step }
 }
 
 /// The direct BFGS update (3.51a) of the Hessian carried from the previous iterate.
