@@ -35,6 +35,8 @@ const AT_ONCE: f64 = 10.0;
 const UNMOVED: f64 = 1e-12;
 /// A step this near to a bound, or beyond it by no more, is at it [rad or m].
 const AT_BOUND: f64 = 1e-12;
+/// A joint this near to a limit that a step takes it to stands at it [rad or m].
+const NEARLY_AT: f64 = 1e-3;
 /// A cut of a step by more than this is reported [rad or m].
 const CUT: f64 = 1e-9;
 
@@ -75,7 +77,7 @@ pub(in crate::resolve) struct NewtonStep<const C: usize> {
     pub slope: f64,
     /// Largest component of the free part of the step.
     pub free: f64,
-    /// Joints that stand at a limit which the free motion would cross, one bit a joint.
+    /// Joints that stand at a limit which the free motion would cross, or come to it, one bit a joint.
     pub held: u32,
     /// How it came about.
     pub status: StepStatus,
@@ -269,7 +271,7 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
             let moved = dv[i] + (0..r).map(|a| reduced.basis[a][i] * u[a]).sum::<f64>();
             moved <= bounds.low[i] + AT_BOUND || moved >= bounds.high[i] - AT_BOUND
         });
-    let stands = |i: usize, side: Side| if side == Side::Lower { bounds.low[i] >= -AT_BOUND } else { bounds.high[i] <= AT_BOUND };
+    let stands = |i: usize, side: Side| if side == Side::Lower { bounds.low[i] >= -NEARLY_AT } else { bounds.high[i] <= NEARLY_AT };
     let held = active.iter().fold(0, |held, item| match item.place {
         Place::Row(i) if stands(i, item.side) => held | 1 << i,
         _ => held,
