@@ -2,9 +2,10 @@
 //! out of reach, or behind limits.
 //!
 //! A tick moves the tool by `J dq + dq'(d2h)dq / 2`. Beside a singularity, rates that solve `J dq = b` promise a motion that the second term takes back: a
-//! robot that follows them jumps to and fro over the posture at which it should rest. There the motion minimises the second-order model of the
-//! remainder, `|b - A dq|^2 / 2 - rho . d2h(dq, dq) / 2`, with rho the remainder that the promise leaves: Newton's method for the nearest posture,
-//! where Gauss and Newton's leaves the second term out.
+//! robot that follows them jumps to and fro over the posture at which it should rest. There the motion minimises the second-order model of what is
+//! missing at the end of the tick, `|b - A dq|^2 / 2 - b . d2h(dq, dq) / 2`: Newton's method for the nearest posture, where that of Gauss and Newton
+//! leaves the second term out. For a tick that asks for a part of the error its curvature is at least that part of the error's own, so that no
+//! step goes farther than the nearest posture.
 
 use crate::kinematics::sized::{Jacobian, bending, jacobian_rate};
 use crate::linalg::cholesky::Cholesky;
@@ -47,38 +48,35 @@ impl<const C: usize> Asked<'_, C> {
         std::array::from_fn(|c| share * self.wanted[c] - done[c])
     }
 
-    /// The remainder after a motion, if it is much of what is wanted: the motion does not keep its promise.
+    /// Whether a motion leaves much of what is wanted.
     #[inline(never)]
-    pub fn broken_promise(&self, motion: &[f64; C]) -> Option<Row6> {
-        let left = self.missing(motion, 1.0);
-        (length(&left) > MISSING * length(self.wanted)).then_some(left)
+    pub fn falls_short(&self, motion: &[f64; C]) -> bool {
+        length(&self.missing(motion, 1.0)) > MISSING * length(self.wanted)
     }
 
     /// The same of a motion that may be slower than wanted: as far as it goes in that direction.
     #[inline(never)]
-    pub fn broken_promise_of_slower(&self, motion: &[f64; C]) -> Option<Row6> {
+    pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
         let whole: f64 = self.wanted.iter().map(|x| x * x).sum();
         let mut along = 0.0;
         for (row, x) in self.rows.iter().zip(self.wanted) {
             along += x * (0..C).map(|i| row[i] * motion[i]).sum::<f64>();
         }
-        let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return None };
-        let left = self.missing(motion, share);
-        let broken = share == 0.0 || length(&left) > MISSING * share * whole.sqrt();
-        broken.then(|| std::array::from_fn(|c| left[c] + (1.0 - share) * self.wanted[c]))
+        let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
+        share == 0.0 || length(&self.missing(motion, share)) > MISSING * share * whole.sqrt()
     }
 
-    /// The curvature of the model of the remainder `left`: minus its product with the second derivative of the tool's pose.
+    /// The curvature of the model: minus the product of what is wanted with the second derivative of the tool's pose.
     #[inline(never)]
-    pub fn curvature(&self, left: &Row6) -> [[f64; C]; C] {
-        let (moment, force) = self.directions.expand(left);
+    pub fn curvature(&self) -> [[f64; C]; C] {
+        let (moment, force) = self.directions.expand(self.wanted);
         bending(self.jacobian, scale(-1.0, moment), scale(-1.0, force))
     }
 
-    /// The motion within bounds that minimises the model of the remainder `left`, damped by `damping` times the squared size of the task's Jacobian.
+    /// The motion within bounds that minimises the model, damped by `damping` times the squared size of the task's Jacobian.
     #[cold]
     #[inline(never)]
-    pub fn nearest(&self, left: &Row6, low: &[f64; C], high: &[f64; C], damping: f64) -> Option<[f64; C]> {
+    pub fn nearest(&self, low: &[f64; C], high: &[f64; C], damping: f64) -> Option<[f64; C]> {
         let n = self.jacobian.n();
         let (mut h, mut g) = ([[0.0; C]; C], [0.0; C]);
         let mut size = 0.0;
@@ -95,7 +93,7 @@ impl<const C: usize> Asked<'_, C> {
         for (i, row) in h.iter_mut().enumerate().take(n) {
             row[i] += damping;
         }
-        let h = with_curvature(&h, self.curvature(left), damping, n);
+        let h = with_curvature(&h, self.curvature(), damping, n);
         let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: low, upper: high, rows: &[] as &[DenseRow<C>] }, &ActiveSet::default());
         (found.status == Status::Solved).then_some(found.x)
     }

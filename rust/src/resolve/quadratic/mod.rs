@@ -10,6 +10,7 @@ mod guarded;
 mod index_term;
 mod path;
 mod programme;
+mod rest;
 mod settings;
 mod solver;
 

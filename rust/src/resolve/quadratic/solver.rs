@@ -12,7 +12,6 @@ use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
-use crate::resolve::nearest::{Asked, with_curvature};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
@@ -45,22 +44,24 @@ pub struct QuadraticSolver {
 pub(super) struct RateBounds<const C: usize> {
     pub lower: [f64; C],
     pub upper: [f64; C],
+    /// Whether the rates of the tick before bound them: joints need room to brake.
+    pub brakes: bool,
 }
 
 /// The programme of a tick but for its rows.
-struct Programme<'a, const C: usize> {
-    tick: &'a Tick<'a>,
-    n: usize,
-    cost: Cost<C>,
-    bounds: &'a RateBounds<C>,
-    directions: Directions,
+pub(super) struct Programme<'a, const C: usize> {
+    pub tick: &'a Tick<'a>,
+    pub n: usize,
+    pub cost: Cost<C>,
+    pub bounds: &'a RateBounds<C>,
+    pub directions: Directions,
     /// The task at the posture.
-    rows: Rows6<C>,
-    wanted: Row6,
+    pub rows: Rows6<C>,
+    pub wanted: Row6,
     /// Whether the index could be evaluated.
     conditioned: bool,
-    jacobian: &'a Jacobian<C>,
-    dt: f64,
+    pub jacobian: &'a Jacobian<C>,
+    pub dt: f64,
 }
 
 impl QuadraticSolver {
@@ -113,7 +114,8 @@ impl QuadraticSolver {
                 (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
             }
         }
-        RateBounds { lower, upper }
+        let brakes = before.is_some() && self.settings.limits && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
+        RateBounds { lower, upper, brakes }
     }
 
     /// As [`QuadraticSolver::step`], of a tick of length `dt` within bounds that are given.
@@ -229,39 +231,6 @@ impl QuadraticSolver {
         let found = self.nearest(programme, at, found);
         memory.keep(&found.active);
         Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
-    }
-
-    /// Rates that keep what they promise over the tick: those found, or those of the second-order model of what they leave.
-    #[inline(always)]
-    fn nearest<const C: usize>(&self, programme: &Programme<'_, C>, at: &Constraints<'_, C>, found: Minimum<C>) -> Minimum<C> {
-        let dt = programme.dt;
-        let asked = Asked {
-            jacobian: programme.jacobian,
-            directions: &programme.directions,
-            rows: &programme.rows,
-            wanted: &programme.wanted.map(|x| dt * x),
-        };
-        match asked.broken_promise(&found.x.map(|x| dt * x)) {
-            None => found,
-            Some(left) => self.curved(programme, at, found, asked.curvature(&left)),
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn curved<const C: usize>(
-        &self,
-        programme: &Programme<'_, C>,
-        at: &Constraints<'_, C>,
-        found: Minimum<C>,
-        curvature: [[f64; C]; C],
-    ) -> Minimum<C> {
-        let (n, stiffness) = (programme.n, programme.tick.stiffness);
-        let least = self.settings.rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
-        let curvature = curvature.map(|row| row.map(|x| stiffness * x));
-        let cost = Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g };
-        let again = solve(&cost, at, n, &found.active);
-        if again.status == Status::Solved { again } else { found }
     }
 
     #[cold]

@@ -289,10 +289,12 @@ impl RateSolver {
         let rows = motion.directions.rows(&motion.jacobian);
         let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted };
         let taken = std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x));
-        let Some(left) = asked.broken_promise_of_slower(&taken) else { return false };
+        if !asked.goes_astray(&taken) {
+            return false;
+        }
         let interval = |i| if self.settings.limits { bounds.interval(i) } else { (f64::NEG_INFINITY, f64::INFINITY) };
         let (low, high) = (std::array::from_fn(|i| dt * interval(i).0), std::array::from_fn(|i| dt * interval(i).1));
-        let Some(dq) = asked.nearest(&left, &low, &high, self.settings.damping * self.settings.damping) else { return false };
+        let Some(dq) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping) else { return false };
         for (i, rate) in rates.iter_mut().enumerate() {
             *rate = dq[i] / dt;
             if self.settings.limits {

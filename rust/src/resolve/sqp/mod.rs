@@ -157,8 +157,8 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let mut step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
     let rows = directions.rows(&columns);
     let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted };
-    if let Some(left) = asked.broken_promise_of_slower(&step.dq) {
-        if let Some(dq) = asked.nearest(&left, &low, &high, DAMPING) {
+    if asked.goes_astray(&step.dq) {
+        if let Some(dq) = asked.nearest(&low, &high, DAMPING) {
             step.dq = dq;
             step.status = step.status.max(StepStatus::Damped);
         }
