@@ -17,6 +17,8 @@ use crate::task::Directions;
 
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
+/// The same on the whole way to a stop, where half is missing at the posture from which the tool turns back.
+const TURNED: f64 = 0.5;
 /// Damping that is always there, as a part of the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-12;
 
@@ -55,15 +57,31 @@ impl<const C: usize> Asked<'_, C> {
     }
 
     /// The same of a motion that may be slower than wanted: as far as it goes in that direction.
-    #[inline(never)]
+    #[inline(always)]
     pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
+        self.strays_by(motion, MISSING)
+    }
+
+    /// The factor that makes a motion move the tool no farther than wanted, as far as the task looks at it.
+    pub fn slower(&self, motion: &[f64; C]) -> f64 {
+        let made: Row6 = std::array::from_fn(|c| self.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum());
+        (length(self.wanted) / length(&made)).min(1.0)
+    }
+
+    /// Whether a motion leads farther than where the tool turns back, by the curvature of its way.
+    pub fn turns_back(&self, motion: &[f64; C]) -> bool {
+        self.strays_by(motion, TURNED)
+    }
+
+    #[inline(never)]
+    fn strays_by(&self, motion: &[f64; C], most: f64) -> bool {
         let whole: f64 = self.wanted.iter().map(|x| x * x).sum();
         let mut along = 0.0;
         for (row, x) in self.rows.iter().zip(self.wanted) {
             along += x * (0..C).map(|i| row[i] * motion[i]).sum::<f64>();
         }
         let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
-        share == 0.0 || length(&self.missing(motion, share)) > MISSING * share * whole.sqrt()
+        share == 0.0 || length(&self.missing(motion, share)) > most * share * whole.sqrt()
     }
 
     /// The curvature of the model: minus the product of what is wanted with the second derivative of the tool's pose.

@@ -3,16 +3,63 @@
 use super::bounds::fastest;
 use super::programme::{Constraints, Cost, solve};
 use super::solver::{Programme, QuadraticSolver};
+use crate::linalg::Row6;
 use crate::qp::{ActiveSet, Minimum, Status};
 use crate::resolve::nearest::{Asked, with_curvature};
+
+/// Least part of an error that a tick is thought to ask for.
+const LEAST_SHARE: f64 = 1e-4;
+/// A motion of the tool below this [rad or m] does not tell what part of the error was asked for.
+const TELLING: f64 = 1e-9;
+
+/// What two ticks tell of the part of the error that each asks for: how the motion that is asked for changes with the motion that was made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closing {
+    wanted: Row6,
+    made: Row6,
+    share: f64,
+}
+
+impl Default for Closing {
+    fn default() -> Self {
+        Self { wanted: [0.0; 6], made: [0.0; 6], share: 1.0 }
+    }
+}
+
+impl Closing {
+    /// The part of the error that this tick asks for: all of it until two ticks have told.
+    fn share(&mut self, wanted: &Row6) -> f64 {
+        let square: f64 = self.made.iter().map(|x| x * x).sum();
+        let change: f64 = (0..6).map(|c| (self.wanted[c] - wanted[c]) * self.made[c]).sum();
+        if square > TELLING * TELLING && change > 0.0 {
+            self.share = (change / square).clamp(LEAST_SHARE, 1.0);
+        }
+        self.share
+    }
+
+    /// After a tick that made a motion.
+    fn remember<const C: usize>(&mut self, asked: &Asked<'_, C>, motion: &[f64; C]) {
+        self.wanted = *asked.wanted;
+        self.made = std::array::from_fn(|c| asked.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum());
+    }
+}
 
 impl QuadraticSolver {
     /// Rates that lead where they promise to over the tick: those found, or those of the second-order model.
     #[inline(always)]
-    pub(super) fn nearest<const C: usize>(&self, programme: &Programme<'_, C>, at: &Constraints<'_, C>, found: Minimum<C>) -> Minimum<C> {
+    pub(super) fn nearest<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        found: Minimum<C>,
+        closing: &mut Closing,
+    ) -> Minimum<C> {
         let dt = programme.dt;
         let wanted = programme.wanted.map(|x| dt * x);
         let asked = Asked { jacobian: programme.jacobian, directions: &programme.directions, rows: &programme.rows, wanted: &wanted };
+        if programme.bounds.brakes {
+            return self.braked(programme, at, found, &asked, closing);
+        }
         if asked.falls_short(&found.x.map(|x| dt * x)) { self.curved(programme, at, found, &asked) } else { found }
     }
 
@@ -25,20 +72,40 @@ impl QuadraticSolver {
         found: Minimum<C>,
         asked: &Asked<'_, C>,
     ) -> Minimum<C> {
-        let (n, stiffness) = (programme.n, programme.tick.stiffness);
-        let brakes = programme.bounds.brakes;
-        if brakes && !self.strays_without_inertia(programme, asked) {
-            return found;
-        }
-        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
-        let curvature = asked.curvature().map(|row| row.map(|x| stiffness * x));
-        let cost = Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g };
-        let again = if brakes { self.braking(programme, at, &cost) } else { solve(&cost, at, n, &found.active) };
+        let again = solve(&self.second_order(programme, asked, 1.0), at, programme.n, &found.active);
         if again.status == Status::Solved { again } else { found }
     }
 
+    /// The second-order model of the cost of a tick that asks for the whole error, of which `share` is wanted now.
+    fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> Cost<C> {
+        let n = programme.n;
+        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let curvature = asked.curvature().map(|row| row.map(|x| programme.tick.stiffness / share * x));
+        Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g.map(|x| x / share) }
+    }
+
+    /// The same for joints that need time to brake: where they would stray on the way to a stop, rates from which each comes to rest at the minimum of
+    /// the model, which is then one of motions until it stands.
+    #[inline(never)]
+    fn braked<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        mut found: Minimum<C>,
+        asked: &Asked<'_, C>,
+        closing: &mut Closing,
+    ) -> Minimum<C> {
+        let share = closing.share(asked.wanted);
+        if asked.falls_short(&found.x.map(|x| programme.dt * x)) && self.strays(programme, asked, share) {
+            let again = self.to_a_stop(programme, at, asked, share);
+            found = if again.status == Status::Solved { again } else { found };
+        }
+        closing.remember(asked, &found.x.map(|x| programme.dt * x));
+        found
+    }
+
     /// Whether the tick could not do what it is asked for even if rates could change at once: then the goal is out of reach, and not only a tick away.
-    fn strays_without_inertia<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>) -> bool {
+    fn strays<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> bool {
         let (n, dt, limits) = (programme.n, programme.dt, self.robot.limits());
         let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
         for i in 0..n {
@@ -47,18 +114,36 @@ impl QuadraticSolver {
         }
         let free = solve(&programme.cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
         let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / free.x[i].abs()));
-        free.status != Status::Solved || asked.goes_astray(&free.x.map(|x| dt * slower * x))
+        let motion = std::array::from_fn(|i| self.until_rest(i, dt, slower * free.x[i]));
+        let whole = asked.wanted.map(|x| x / share);
+        free.status != Status::Solved || Asked { wanted: &whole, ..*asked }.turns_back(&motion)
     }
 
-    /// The rates from which every joint comes to rest at the minimum of the cost, read as one of motions: a joint of rate x goes on for
-    /// `x dt + x |x| / 2a` until it stands.
-    fn braking<const C: usize>(&self, programme: &Programme<'_, C>, at: &Constraints<'_, C>, cost: &Cost<C>) -> Minimum<C> {
+    /// How far joint `i` goes on from a rate until it stands, the tick included [rad or m].
+    fn until_rest(&self, i: usize, dt: f64, rate: f64) -> f64 {
+        let slowing = self.robot.limits().qdd_max.get(i).copied().unwrap_or(f64::INFINITY);
+        dt * rate + rate * rate.abs() / (2.0 * slowing)
+    }
+
+    fn to_a_stop<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        asked: &Asked<'_, C>,
+        share: f64,
+    ) -> Minimum<C> {
         let (n, dt, slowing) = (programme.n, programme.dt, &self.robot.limits().qdd_max);
-        let until_rest = |i: usize, x: f64| if i < n { x + x * x.abs() / (2.0 * dt * slowing[i]) } else { x };
-        let (lower, upper) = (std::array::from_fn(|i| until_rest(i, at.lower[i])), std::array::from_fn(|i| until_rest(i, at.upper[i])));
-        let mut out = solve(cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
+        let cost = self.second_order(programme, asked, share);
+        let lower = std::array::from_fn(|i| self.until_rest(i, dt, at.lower[i]) / dt);
+        let upper = std::array::from_fn(|i| self.until_rest(i, dt, at.upper[i]) / dt);
+        let mut out = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
         for i in 0..n {
-            out.x[i] = fastest(dt * out.x[i].abs(), slowing[i], dt).copysign(out.x[i]).clamp(at.lower[i], at.upper[i]);
+            out.x[i] = fastest(dt * out.x[i].abs(), slowing[i], dt).copysign(out.x[i]);
+        }
+        // No faster than asked.
+        let slower = asked.slower(&out.x.map(|x| dt * x));
+        for i in 0..n {
+            out.x[i] = (slower * out.x[i]).clamp(at.lower[i], at.upper[i]);
         }
         if at.rows.is_empty() || out.status != Status::Solved {
             return out;

@@ -228,7 +228,7 @@ impl QuadraticSolver {
         if found.status != Status::Solved {
             return self.relax(programme, at, hard, found, memory);
         }
-        let found = self.nearest(programme, at, found);
+        let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
         Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
     }

@@ -87,7 +87,8 @@ impl OrthogonalSqp {
         let n = size::<C>(self.robot.n());
         let limits = self.settings.limits.then(|| self.robot.limits());
         let tolerance = self.settings.tolerance;
-        let found = reach_holding::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], held, tolerance, iterations);
+        let found =
+            reach_holding::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], held, tolerance, iterations);
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 

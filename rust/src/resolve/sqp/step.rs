@@ -221,7 +221,8 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
         return None;
     }
     let curvature = reduced.hessian[0][0];
-    let newton = if curvature == 0.0 { 0.0 } else { wanted(reduced.slopes[0], reduced.drift[0], curvature, bounds.gain, largest(&dv[..n])) };
+    let newton =
+        if curvature == 0.0 { 0.0 } else { wanted(reduced.slopes[0], reduced.drift[0], curvature, bounds.gain, largest(&dv[..n])) };
     let radius = bounds.radius / largest(&z[..n]);
     let mut u = [0.0; C];
     let wanted = newton.clamp(-radius, radius);
@@ -231,15 +232,23 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
 
 /// Several freedoms: a convex QP in the free motion, whether a limit holds it, and the joints that stand at one.
 #[inline(never)]
-fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<([f64; C], bool, u32)> {
+fn many_freedoms<const C: usize>(
+    reduced: &Reduced<C>,
+    dv: &[f64; C],
+    bounds: &Bounds<C>,
+    n: usize,
+    r: usize,
+) -> Option<([f64; C], bool, u32)> {
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
     let sharpest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
     let mut h = [[0.0; C]; C];
     let mut g = [0.0; C];
     for i in 0..r {
-        let (curvature, along) = (values[i][i].abs().max(LEAST_CURVATURE * sharpest), |x: &[f64; C]| (0..r).map(|a| vectors[a][i] * x[a]).sum::<f64>());
-        let move_i = wanted(along(&reduced.slopes), along(&reduced.drift), curvature.copysign(values[i][i]), bounds.gain, largest(&dv[..n]));
+        let (curvature, along) =
+            (values[i][i].abs().max(LEAST_CURVATURE * sharpest), |x: &[f64; C]| (0..r).map(|a| vectors[a][i] * x[a]).sum::<f64>());
+        let move_i =
+            wanted(along(&reduced.slopes), along(&reduced.drift), curvature.copysign(values[i][i]), bounds.gain, largest(&dv[..n]));
         for a in 0..r {
             g[a] -= curvature * move_i * vectors[a][i];
             for b in 0..r {
