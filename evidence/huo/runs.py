@@ -52,9 +52,9 @@ def unresolved(case: huo.Case) -> rd.Trajectory:
     return run(rd.ResolvedRate(case.robot, rd.Task.full(), limits=False), case)
 
 
-def twist(case: huo.Case, w: F64, k: F64 | None, iterations: int = ITERATIONS) -> rd.TwistDecomposition:
+def twist(case: huo.Case, w: F64, k: F64 | None, iterations: int = ITERATIONS, stop: float = 0.0) -> rd.RateSolver:
     """Return the twist decomposition with constant weights."""
-    return rd.TwistDecomposition(case.robot, case.task, rd.PosturePull(w, k), iterations=iterations)
+    return rd.TwistDecomposition(case.robot, case.task, rd.PosturePull(w, k), iterations=iterations, stop=stop)
 
 
 def from_start(solver: rd.RateSolver, case: huo.Case, start: F64 | None = None) -> rd.Trajectory:
@@ -67,9 +67,20 @@ def from_start(solver: rd.RateSolver, case: huo.Case, start: F64 | None = None) 
         for part in (slice(0, 1), slice(1, None))
     )
     there, found = run(solver.with_objective(None), case, head, q), run(solver, case, rest, q)
-    names = ("q", "condition_number", "value", "position_error", "axis_error")
-    joined = {name: np.concatenate([getattr(there, name), getattr(found, name)]) for name in names}
-    return dataclasses.replace(found, path=path, status=there.status + found.status, **joined)
+
+    def both(name: str) -> F64:
+        return np.concatenate([getattr(there, name), getattr(found, name)])
+
+    return dataclasses.replace(
+        found,
+        path=path,
+        q=both("q"),
+        condition_number=both("condition_number"),
+        value=both("value"),
+        position_error=both("position_error"),
+        axis_error=both("axis_error"),
+        status=there.status + found.status,
+    )
 
 
 def settled(solver: rd.RateSolver, case: huo.Case) -> rd.Trajectory:
@@ -77,18 +88,13 @@ def settled(solver: rd.RateSolver, case: huo.Case) -> rd.Trajectory:
     return from_start(solver, case, from_start(solver, case).q[(len(case.path) - 1) // huo.TURNS])
 
 
-def adapt(case: huo.Case, iterations: int = ITERATIONS, joints: tuple[int, ...] | None = None) -> weights.WeightSearch:
+def adapt(
+    case: huo.Case, iterations: int = ITERATIONS, joints: tuple[int, ...] | None = None, max_runs: int = 100
+) -> weights.WeightSearch:
     """Adapt the starting weights to a case."""
+    given = (case.robot, case.path, case.task, EVEN, EVEN)
     return weights.self_adapt(
-        case.robot,
-        case.path,
-        case.task,
-        EVEN,
-        EVEN,
-        joints=joints,
-        start=case.start,
-        iterations=iterations,
-        progress=False,
+        *given, joints=joints, start=case.start, iterations=iterations, max_runs=max_runs, progress=False
     )
 
 
@@ -130,6 +136,16 @@ def mean_errors(case: huo.Case, method: Method, points: int, share: float) -> tu
     found = run(puma_solver(case, method, share, correct=False), case, pipe(case, points))
     errors = np.stack([found.position_error, found.axis_error])
     return errors[:, 1:].mean(axis=1), errors[:, points + 1 :].mean(axis=1)
+
+
+def until_accurate(method: Method, case: huo.Case) -> rd.Trajectory:
+    """Follow until a point is within 1 mm and 0.01 rad (Table 3.4): one iteration with the pull, then of the task."""
+    return run(method(case.robot, case.task, SPHERE, iterations=1, length=0.1, tolerance=0.01), case)
+
+
+def until_still(method: Method, case: huo.Case, stop: float) -> rd.Trajectory:
+    """Follow by algorithm 3.1 with its own stop, a joint motion shorter than epsilon."""
+    return run(method(case.robot, case.task, SPHERE, iterations=1000, stop=stop, correct=False), case)
 
 
 def step_time(method: Method) -> float:
@@ -185,29 +201,35 @@ class Measures:
         return self.range_6 / other.range_6, self.manipulability / other.manipulability
 
 
-def welded(case: huo.Case, iterations: int = ITERATIONS) -> dict[str, rd.Trajectory]:
-    """Weld the cylinders as in Tests I to IV, the last by the weights of joint 6 that are printed, and that are found."""
-    found = adapt(case, iterations)
+def welded(case: huo.Case, iterations: int = ITERATIONS, stop: float = 0.0) -> dict[str, rd.Trajectory]:
+    """Weld the cylinders as in Tests I to IV, with the printed weights."""
+    given = (iterations, stop)
     return {
-        "Test I": from_start(twist(case, EVEN, None, iterations), case),
-        "Test II": from_start(twist(case, EVEN, EVEN, iterations), case),
-        "Test III": from_start(twist(case, *TEST_III, iterations), case),
-        "Test IV, printed weights": settled(twist(case, *TEST_IV, iterations), case),
-        "Test IV, `self_adapt`": settled(twist(case, found.w, found.k, iterations), case),
+        "Test I": from_start(twist(case, EVEN, None, *given), case),
+        "Test II": from_start(twist(case, EVEN, EVEN, *given), case),
+        "Test III": from_start(twist(case, *TEST_III, *given), case),
+        "Test IV, printed weights": settled(twist(case, *TEST_IV, *given), case),
     }
+
+
+def self_adapted(case: huo.Case, iterations: int = ITERATIONS) -> rd.Trajectory:
+    """Weld the cylinders as in Test IV, with the weights that `self_adapt` finds."""
+    found = adapt(case, iterations)
+    return settled(twist(case, found.w, found.k, iterations), case)
 
 
 @cache
 def welding() -> dict[str, rd.Trajectory]:
     """Weld the cylinders in every way that is compared."""
     case = huo.m710_cylinders()
+    pull = rd.PosturePull(EVEN, EVEN)
     dynamic = weights.dynamic_adapt(case.robot, case.path, case.task, start=case.start, progress=False)
     return {
         "no resolution": unresolved(case),
-        "virtual joint": from_start(rd.VirtualJoint(case.robot, case.task, rd.PosturePull(EVEN, EVEN)), case),
+        "virtual joint": from_start(rd.VirtualJoint(case.robot, case.task, pull, iterations=ITERATIONS), case),
         **welded(case),
+        "Test IV, `self_adapt`": self_adapted(case),
         "`dynamic_adapt`": dynamic.trajectory,
-        "SQP": run(condition_and_limits(case), case),
     }
 
 
@@ -235,7 +257,9 @@ def tilted() -> Tilted:
         lowered[first + critical - AROUND : first + critical + AROUND + 1] = C_SING
     solver = PointwiseSolver(made, weights.WeightFunctions(), none, lowered)
     slow = weights.Criteria(speed=np.deg2rad(30.0))
-    adapted = weights.dynamic_adapt(case.robot, case.path, case.task, criteria=slow, start=case.start, progress=False)
+    adapted = weights.dynamic_adapt(
+        case.robot, case.path, case.task, criteria=slow, start=case.start, max_rounds=40, progress=False
+    )
     found = {
         "A": run(twist(case, EVEN, EVEN), case),
         "B": b,
@@ -243,3 +267,23 @@ def tilted() -> Tilted:
         "`dynamic_adapt`": adapted.trajectory,
     }
     return Tilted(found, critical, solver)
+
+
+def parts(c: Tilted) -> F64:
+    """Return the norms of the three parts of (4.10), in the first iteration on the way to each point of C, (N, 3)."""
+    found, solver = c.found["C"], c.solver
+    robot, targets = found.robot, found.path.targets(solver.task)
+    index = rd.SingularityParameter(1.0)
+    error = rd.OrthogonalSQP(robot, solver.task, rd.JointLimits(), limits=False).error
+    norms = np.full((len(found), 3), np.nan)
+    for i, target in enumerate(targets[1:], 1):
+        q = found.q[i - 1]
+        held = None if np.isnan(solver.held[i]).any() else solver.held[i]
+        # Both pulls are shortened alike where they would pass the mean of what they pull to.
+        both = solver.w[i] + (0.0 if held is None else solver.k[i] * index.evaluate(robot, q, 0))
+        share = 1.0 / np.maximum(both, 1.0)
+        moved = weights.displacements(
+            robot, solver.task, q, error(q, target), share * solver.w[i], share * solver.k[i], held
+        )
+        norms[i] = np.linalg.norm(moved, axis=1)
+    return norms
