@@ -1,7 +1,8 @@
-"""The examples of Huo (2009) beside those of this package: ``python -m evidence.huo.reproduce [--write]``.
+"""The examples of Huo (2009) beside those of this package: ``python -m evidence.huo.reproduce [--write | --check]``.
 
 Prints the tables of docs/reproduction_huo.md, each between two marks. With --write it puts them into the page and
-draws its pictures. Times are of the machine that runs it.
+draws its pictures. With --check it tells, by its exit status, whether the page shows all but the tables with times,
+which are of the machine that runs it.
 """
 
 import sys
@@ -34,7 +35,7 @@ from evidence.huo.runs import (
     welded,
     welding,
 )
-from evidence.pages import DOCS, IMAGES, show, table
+from evidence.pages import DOCS, IMAGES, marked, show, stale, table
 
 F64 = NDArray[np.float64]
 
@@ -186,18 +187,18 @@ def steps() -> str:
         if stop:
             name = f"until {stop:g} rad"
         else:
-            by_search = gains(Measures.of(self_adapted(case, iterations)), found[1])
-        cells = [f"{m.range_6:.2f}, {m.singularity:.0f}, {m.speed_4:.0f}" for m in found]
+            by_search = gains(Measures.of(self_adapted(iterations)), found[1])
+        cells = [f"{m.range_6:.2f}, {m.singularity:.0f}, {m.speed_6:.0f}, {m.speed_4:.0f}" for m in found]
         rows.append((name, *cells, gains(found[3], found[1]), by_search))
-    head = ("iterations", "Test I: joint 6 [rad], w_ps, joint 4 [deg/s]", "Test II", "Test III", "Test IV")
+    head = ("iterations", "Test I: joint 6 [rad], w_ps, joints 6 and 4 [deg/s]", "Test II", "Test III", "Test IV")
     return table((*head, "IV of II: range, manipulability", "the same by `self_adapt`"), rows)
 
 
 def geometries() -> str:
     """Compare section 5.4: joints before and after self-adaptation with three lies of the tool."""
     rows: list[Sequence[object]] = []
-    for case in (huo.m710_rectangle(), huo.m710_cylinders(), huo.m16ib_oblique()):
-        found = adapt(case)
+    for build in (huo.m710_rectangle, huo.m710_cylinders, huo.m16ib_oblique):
+        found = adapt(build)
         a, b = found.history[0].performance, found.performance
         joints = " and ".join(str(i + 1) for i in found.sensitivity.joints)
         cells = [f"{x:.2f} to {y:.2f}" for x, y in zip(a.ranges[3:], b.ranges[3:], strict=True)]
@@ -211,9 +212,9 @@ def geometries() -> str:
 def pairs() -> str:
     """Compare Table 5.1: pairs of weights that are named by hand."""
     rows: list[Sequence[object]] = []
-    case, tests = huo.m16ib_oblique(), {(4, 3): "0.3098, within", (4, 5): "0.4075, within", (5, 3): "no solution"}
+    tests = {(4, 3): "0.3098, within", (4, 5): "0.4075, within", (5, 3): "no solution"}
     for joints, printed in tests.items():
-        found = adapt(case, joints=joints, max_runs=400)
+        found = adapt(huo.m16ib_oblique, joints=joints, max_runs=400)
         before, after = (
             f"{m.manipulability:.3f}, {'within' if m.within_limits else 'beyond'}"
             for m in (found.history[0].performance, found.performance)
@@ -246,7 +247,8 @@ def dynamic() -> str:
 def rivals() -> str:
     """Compare the twist decomposition with the SQP on every path, both from one start."""
     rows: list[Sequence[object]] = []
-    for case in (build() for build in huo.BUILDERS):
+    for build in huo.BUILDERS:
+        case = build()
         puma = case.name == "puma_pipe"
         # The limits of the PUMA's file are not those of the thesis.
         solvers: dict[str, Solver] = {"SQP": condition_and_limits(case, limits=not puma)}
@@ -254,7 +256,7 @@ def rivals() -> str:
             solvers["TWA"] = puma_solver(case, rd.TwistDecomposition)
         else:
             pull = SPHERE if case.name == "m16ib_sphere_edge" else rd.PosturePull(EVEN, EVEN)
-            found = adapt(case)
+            found = adapt(build)
             pulls = {"TWA": pull, "TWA, `self_adapt`": rd.PosturePull(found.w, found.k)}
             for name, pull in pulls.items():
                 solvers[name] = rd.TwistDecomposition(case.robot, case.task, pull)
@@ -279,12 +281,15 @@ def rival(solver: Solver, case: huo.Case, unlimited: bool) -> tuple[str, ...]:
     return *effort, *indices, f"{bend:.1e}", "" if unlimited else f"{found.limit_margin:.2f}"
 
 
+TIMED: tuple[Callable[[], str], ...] = (times, rivals)
 SECTIONS: tuple[Callable[[], str], ...]
 SECTIONS = (puma, errors, sphere, times, counts, tests, steps, geometries, pairs, dynamic, rivals)
 
 
 def main(arguments: list[str]) -> int:
-    """Print the tables; with --write, put them into the page and draw the pictures."""
+    """Print the tables; with --write or --check, put them into the page or compare them with it."""
+    if "--check" in arguments:
+        return 1 if stale((PAGE, marked(f.__name__, f())) for f in SECTIONS if f not in TIMED) else 0
     write = "--write" in arguments
     show(PAGE, ((section.__name__, section()) for section in SECTIONS), write)
     if write:

@@ -88,10 +88,15 @@ def settled(solver: rd.RateSolver, case: huo.Case) -> rd.Trajectory:
     return from_start(solver, case, from_start(solver, case).q[(len(case.path) - 1) // huo.TURNS])
 
 
+@cache
 def adapt(
-    case: huo.Case, iterations: int = ITERATIONS, joints: tuple[int, ...] | None = None, max_runs: int = 100
+    build: Callable[[], huo.Case],
+    iterations: int = ITERATIONS,
+    joints: tuple[int, ...] | None = None,
+    max_runs: int = 100,
 ) -> weights.WeightSearch:
-    """Adapt the starting weights to a case."""
+    """Adapt the starting weights to the case that a function builds."""
+    case = build()
     given = (case.robot, case.path, case.task, EVEN, EVEN)
     return weights.self_adapt(
         *given, joints=joints, start=case.start, iterations=iterations, max_runs=max_runs, progress=False
@@ -212,9 +217,9 @@ def welded(case: huo.Case, iterations: int = ITERATIONS, stop: float = 0.0) -> d
     }
 
 
-def self_adapted(case: huo.Case, iterations: int = ITERATIONS) -> rd.Trajectory:
+def self_adapted(iterations: int = ITERATIONS) -> rd.Trajectory:
     """Weld the cylinders as in Test IV, with the weights that `self_adapt` finds."""
-    found = adapt(case, iterations)
+    case, found = huo.m710_cylinders(), adapt(huo.m710_cylinders, iterations)
     return settled(twist(case, found.w, found.k, iterations), case)
 
 
@@ -228,7 +233,7 @@ def welding() -> dict[str, rd.Trajectory]:
         "no resolution": unresolved(case),
         "virtual joint": from_start(rd.VirtualJoint(case.robot, case.task, pull, iterations=ITERATIONS), case),
         **welded(case),
-        "Test IV, `self_adapt`": self_adapted(case),
+        "Test IV, `self_adapt`": self_adapted(),
         "`dynamic_adapt`": dynamic.trajectory,
     }
 

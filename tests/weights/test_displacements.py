@@ -28,7 +28,8 @@ def parts(robot: rd.Robot, task: rd.Task, q: F64, twist: F64, w: F64, k: F64, he
 def regular(robot: rd.Robot, number: int) -> F64:
     """Random postures where no pseudo-inverse is damped."""
     q = RNG.uniform(-2.0, 2.0, (10 * number, robot.n))
-    return q[np.linalg.cond(robot.jacobian(q)) < 100.0][:number]
+    found: F64 = q[np.linalg.cond(robot.jacobian(q)) < 100.0][:number]
+    return found
 
 
 @pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)
@@ -81,6 +82,6 @@ def test_nothing_held_and_nothing_to_do() -> None:
     ],
 )
 def test_bad_input(given: dict[str, Any], error: type[Exception], message: str) -> None:
-    arguments = {"q": np.zeros(6), "twist": np.zeros(6), "w": 0.01} | given
+    arguments: dict[str, Any] = {"q": np.zeros(6), "twist": np.zeros(6), "w": 0.01} | given
     with pytest.raises(error, match=message):
         rw.displacements(ARMS["fanuc_m710ic50"], TASKS["axis"], **arguments)
