@@ -129,7 +129,8 @@ impl PyRateSolver {
         *self.remembered() = (Memory::default(), [f64::NAN; MAX_JOINTS]);
     }
 
-    /// A posture on a target (Huo 2009, algorithm 3.1).
+    /// A posture on a target (Huo 2009, algorithm 3.1, with the task's own error in place of its line 6, which corrects an axis about which
+    /// the tool may spin only linearly).
     ///
     /// Parameters
     /// ----------
