@@ -129,7 +129,8 @@ impl PyRateSolver {
         *self.remembered() = (Memory::default(), [f64::NAN; MAX_JOINTS]);
     }
 
-    /// A posture on a target (Huo 2009, algorithm 3.1).
+    /// A posture on a target (Huo 2009, algorithm 3.1, with the task's own error in place of its line 6, which corrects an axis about which
+    /// the tool may spin only linearly).
     ///
     /// Parameters
     /// ----------
@@ -254,7 +255,10 @@ macro_rules! methods {
             /// limits : bool
             ///     Whether `step` keeps position and speed limits, and random starts those of position.
             /// iterations : int
-            ///     Iterations a target with the secondary task.
+            ///     Iterations a target with the secondary task, at most.
+            /// stop : float
+            ///     The norm of the joint motion below which they end, epsilon of algorithm 3.1; that motion is not made [rad or m]. 0 makes
+            ///     all of them.
             /// correct : bool
             ///     Whether iterations of the task alone follow until its error is below the tolerance, and a damped Newton from the start where
             ///     they lose their way.
@@ -276,7 +280,7 @@ macro_rules! methods {
             impl $name {
                 #[new]
                 #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
-                                    iterations=20, correct=true, tolerance=1e-12, weights=None))]
+                                    iterations=20, stop=0.0, correct=true, tolerance=1e-12, weights=None))]
                 fn new(
                     py: Python<'_>,
                     robot: Py<PyRobot>,
@@ -290,11 +294,12 @@ macro_rules! methods {
                     dt: f64,
                     limits: bool,
                     iterations: usize,
+                    stop: f64,
                     correct: bool,
                     tolerance: f64,
                     weights: Option<&Bound<'_, PyAny>>,
                 ) -> PyResult<PyClassInitializer<Self>> {
-                    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, correct, tolerance };
+                    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, stop, correct, tolerance };
                     let given = Arguments { robot, task, objective, scaling, length, weights, settings };
                     Ok(PyClassInitializer::from(make(py, Method::$method, given)?).add_subclass(Self))
                 }

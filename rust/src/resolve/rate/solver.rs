@@ -41,8 +41,10 @@ pub struct RateSettings {
     pub dt: f64,
     /// Whether a tick keeps position and speed limits.
     pub limits: bool,
-    /// Iterations a target with the secondary task.
+    /// Iterations a target with the secondary task, at most.
     pub iterations: usize,
+    /// Norm of the joint motion below which these iterations end, and that motion is not made \[rad or m\]; 0 for all of them.
+    pub stop: f64,
     /// Whether iterations of the task alone follow until its error is below the tolerance.
     pub correct: bool,
     /// That tolerance: rad, and m over the length.
@@ -59,6 +61,7 @@ impl Default for RateSettings {
             dt: 1e-3,
             limits: true,
             iterations: 20,
+            stop: 0.0,
             correct: true,
             tolerance: 1e-12,
         }
@@ -70,7 +73,7 @@ impl RateSettings {
         for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
             check_positive(name, value)?;
         }
-        for (name, value) in [("gain", self.gain), ("relaxation", self.relaxation)] {
+        for (name, value) in [("gain", self.gain), ("relaxation", self.relaxation), ("stop", self.stop)] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(Error::value(name, value, "a finite number of at least 0"));
             }
@@ -323,17 +326,22 @@ impl RateSolver {
         norm(w).max(norm(v) / self.settings.length)
     }
 
+    /// One iteration towards a target, or none where its motion is shorter than `stop`: whether it was long enough.
     #[inline(always)]
-    fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, memory: &mut Memory) {
+    fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, stop: f64, memory: &mut Memory) -> bool {
         let motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
+        if motion.dq[..q.len()].iter().map(|x| x * x).sum::<f64>().sqrt() < stop {
+            return false;
+        }
         let largest = motion.dq[..q.len()].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         if !largest.is_finite() {
-            return;
+            return true;
         }
         let shorter = if largest > LARGEST_MOTION { LARGEST_MOTION / largest } else { 1.0 };
         for (x, dx) in q.iter_mut().zip(&motion.dq) {
             *x += shorter * dx;
         }
+        true
     }
 
     /// Newton onto a target within limits, if any: whether it came there, and its steps.
@@ -407,11 +415,13 @@ fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memor
     let mut done = 0;
     for _ in 0..settings.iterations {
         done += 1;
-        solver.iterate::<C>(target, &mut q[..n], settings.relaxation, memory);
+        if !solver.iterate::<C>(target, &mut q[..n], settings.relaxation, settings.stop, memory) {
+            break;
+        }
     }
     while settings.correct && done < settings.iterations + CORRECTIONS && solver.error_size::<C>(target, &q[..n]) > settings.tolerance {
         done += 1;
-        solver.iterate::<C>(target, &mut q[..n], 0.0, memory);
+        solver.iterate::<C>(target, &mut q[..n], 0.0, 0.0, memory);
     }
     if settings.correct && solver.error_size::<C>(target, &q[..n]) > settings.tolerance.max(0.5 * ON_TARGET) {
         let mut direct = [0.0; MAX_JOINTS];
