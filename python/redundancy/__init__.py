@@ -49,6 +49,7 @@ from ._core import (
     solve_qp,
 )
 from .design import (
+    Convergence,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
@@ -81,6 +82,7 @@ from .robots import on_rail, with_turntable
 __all__ = [
     "Body",
     "ConditionNumber",
+    "Convergence",
     "CustomIndex",
     "CyclicStart",
     "Elimination",

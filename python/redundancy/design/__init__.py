@@ -1,6 +1,7 @@
 """Postures chosen for their own sake, and what they tell about a robot."""
 
 from .posture import (
+    Convergence,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
@@ -9,6 +10,7 @@ from .posture import (
 )
 
 __all__ = [
+    "Convergence",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
