@@ -79,9 +79,7 @@ def test_random_starts_do_not_beat_the_thesis(fanuc: rd.Robot) -> None:
 
 @pytest.mark.parametrize("eliminate", [True, False])
 @pytest.mark.parametrize("method", ["newton", "bfgs"])
-def test_history_goes_down_to_the_minimum(
-    fanuc: rd.Robot, method: Literal["newton", "bfgs"], eliminate: bool
-) -> None:
+def test_history_goes_down_to_the_minimum(fanuc: rd.Robot, method: Literal["newton", "bfgs"], eliminate: bool) -> None:
     found = rd.minimum_condition_posture(fanuc, START, method=method, length0=LENGTH0, eliminate=eliminate)
     history = found.history
     length = rd.characteristic_length(fanuc, START) if eliminate else LENGTH0
