@@ -50,9 +50,12 @@ from ._core import (
 )
 from .design import (
     Convergence,
+    Isotropy,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
+    error_bounds,
+    isotropy,
     minimum_condition_posture,
     planar_tetrahedron,
 )
@@ -89,6 +92,7 @@ __all__ = [
     "GradientProjection",
     "Householder",
     "InvalidValueError",
+    "Isotropy",
     "JointLimits",
     "LimitBarrier",
     "Manipulability",
@@ -131,7 +135,9 @@ __all__ = [
     "capsules_along_links",
     "characteristic_length",
     "cyclic_start",
+    "error_bounds",
     "follow",
+    "isotropy",
     "minimum_condition_posture",
     "on_rail",
     "plan",

@@ -24,7 +24,8 @@ def motion(path: rd.Toolpath) -> tuple[F64, F64, F64]:
 def uneven(points: int, end: float, seed: int = 0) -> F64:
     """Times whose distances differ by up to three, the same profile however many there are."""
     s = np.linspace(0.0, 1.0, points)
-    return end * (s + 0.15 * np.sin(2.0 * np.pi * s + seed) - 0.15 * np.sin(seed))
+    times: F64 = end * (s + 0.15 * np.sin(2.0 * np.pi * s + seed) - 0.15 * np.sin(seed))
+    return times
 
 
 @pytest.mark.parametrize("points", [2, 3, 4, 40])

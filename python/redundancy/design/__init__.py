@@ -1,5 +1,7 @@
 """Postures chosen for their own sake, and what they tell about a robot."""
 
+from .accuracy import error_bounds
+from .isotropy import Isotropy, isotropy
 from .posture import (
     Convergence,
     PlanarTetrahedron,
@@ -11,9 +13,12 @@ from .posture import (
 
 __all__ = [
     "Convergence",
+    "Isotropy",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
+    "error_bounds",
+    "isotropy",
     "minimum_condition_posture",
     "planar_tetrahedron",
 ]
