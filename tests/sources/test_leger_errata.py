@@ -34,9 +34,13 @@ def test_1_8_manipulability_of_redundant_robots() -> None:
     assert abs(np.linalg.det(jacobian.T @ jacobian)) < 1e-12 * value**2
 
 
-def test_2_11_squares_of_the_faces() -> None:
+def test_2_11_and_2_18_faces() -> None:
     p = RNG.normal(size=(3, 3))
     faces = np.array([np.linalg.norm(np.cross(p[:, i - 2], p[:, i - 1])) for i in range(3)])
+    edges = np.linalg.norm(p, axis=0)
+    sines = np.array([np.sqrt(1.0 - (p[:, i - 2] @ p[:, i - 1] / edges[i - 2] / edges[i - 1]) ** 2) for i in range(3)])
+    np.testing.assert_allclose(faces, edges[[1, 2, 0]] * edges[[2, 0, 1]] * sines, rtol=1e-12)
+    assert np.abs(faces / (edges * edges[[2, 0, 1]] * sines) - 1.0).max() > 0.01
     trace = np.trace(adjugate(p.T @ p))
     assert np.sum(faces**2) == pytest.approx(trace, rel=1e-10)
     assert np.sum(faces) != pytest.approx(trace, rel=0.01)
