@@ -65,11 +65,6 @@ impl<const N: usize> ActiveSet<N> {
         self.count
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
     /// Whether either limit of a constraint is in the set.
     pub fn contains(&self, place: Place) -> bool {
         self.as_slice().iter().any(|item| item.place == place)

@@ -35,6 +35,7 @@
 //! ```
 
 pub(crate) mod direct_update;
+mod nearest;
 mod quadratic;
 mod rate;
 mod resolver;

@@ -8,10 +8,11 @@ use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
+use crate::resolve::nearest::{Asked, with_curvature};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
@@ -58,6 +59,8 @@ struct Programme<'a, const C: usize> {
     wanted: Row6,
     /// Whether the index could be evaluated.
     conditioned: bool,
+    jacobian: &'a Jacobian<C>,
+    dt: f64,
 }
 
 impl QuadraticSolver {
@@ -132,7 +135,7 @@ impl QuadraticSolver {
         let mut cost = Cost::<C>::of_rates(&self.settings.rate_weights[..n]);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
         cost.add_deviation(tick.stiffness, &rows, &wanted, directions.dimension());
-        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned };
+        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, jacobian: &columns, dt };
         let (angular, linear) = self.settings.largest_deviation;
         let bounded = if angular.is_finite() || linear.is_finite() { directions.dimension() } else { 0 };
         match tick.rows.len() + bounded {
@@ -223,8 +226,42 @@ impl QuadraticSolver {
         if found.status != Status::Solved {
             return self.relax(programme, at, hard, found, memory);
         }
+        let found = self.nearest(programme, at, found);
         memory.keep(&found.active);
         Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+    }
+
+    /// Rates that keep what they promise over the tick: those found, or those of the second-order model of what they leave.
+    #[inline(always)]
+    fn nearest<const C: usize>(&self, programme: &Programme<'_, C>, at: &Constraints<'_, C>, found: Minimum<C>) -> Minimum<C> {
+        let dt = programme.dt;
+        let asked = Asked {
+            jacobian: programme.jacobian,
+            directions: &programme.directions,
+            rows: &programme.rows,
+            wanted: &programme.wanted.map(|x| dt * x),
+        };
+        match asked.broken_promise(&found.x.map(|x| dt * x)) {
+            None => found,
+            Some(left) => self.curved(programme, at, found, asked.curvature(&left)),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn curved<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        found: Minimum<C>,
+        curvature: [[f64; C]; C],
+    ) -> Minimum<C> {
+        let (n, stiffness) = (programme.n, programme.tick.stiffness);
+        let least = self.settings.rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let curvature = curvature.map(|row| row.map(|x| stiffness * x));
+        let cost = Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g };
+        let again = solve(&cost, at, n, &found.active);
+        if again.status == Status::Solved { again } else { found }
     }
 
     #[cold]

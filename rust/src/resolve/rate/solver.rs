@@ -6,13 +6,14 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::{error_at, reach};
-use crate::kinematics::sized::jacobian;
-use crate::linalg::vector::norm;
+use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::resolve::nearest::Asked;
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
-use crate::task::{Target, Task};
+use crate::task::{Directions, Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
 const LARGEST_MOTION: f64 = 0.5;
@@ -154,6 +155,8 @@ enum Goal<'a> {
 
 /// One motion and how it came about.
 struct Motion<const C: usize> {
+    jacobian: Jacobian<C>,
+    directions: Directions,
     dq: [f64; C],
     damped: bool,
     complete: bool,
@@ -254,7 +257,7 @@ impl RateSolver {
             }
         };
         let (dq, damped) = self.method.motion_at(&at, twist, &h);
-        Motion { dq, damped, complete }
+        Motion { directions: self.task.directions(&tool, length), jacobian: columns, dq, damped, complete }
     }
 
     /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
@@ -275,6 +278,28 @@ impl RateSolver {
         // The task comes first: another share of the free motion before anything is taken from it.
         let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, memory).dq;
         bounds.keep(&alone[..rates.len()], rates);
+    }
+
+    /// Replaces rates that a tick does not keep, as in front of a goal out of reach, by those that bring the tool nearest; whether it did.
+    #[inline(always)]
+    fn keep_promise<const C: usize>(&self, motion: &Motion<C>, twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> bool {
+        let dt = self.settings.dt;
+        let (w, v) = halves(twist);
+        let wanted = motion.directions.reduce(w, v).map(|x| dt * x);
+        let rows = motion.directions.rows(&motion.jacobian);
+        let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted };
+        let taken = std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x));
+        let Some(left) = asked.broken_promise_of_slower(&taken) else { return false };
+        let interval = |i| if self.settings.limits { bounds.interval(i) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+        let (low, high) = (std::array::from_fn(|i| dt * interval(i).0), std::array::from_fn(|i| dt * interval(i).1));
+        let Some(dq) = asked.nearest(&left, &low, &high, self.settings.damping * self.settings.damping) else { return false };
+        for (i, rate) in rates.iter_mut().enumerate() {
+            *rate = dq[i] / dt;
+            if self.settings.limits {
+                *rate = rate.clamp(interval(i).0, interval(i).1);
+            }
+        }
+        true
     }
 
     /// What position and speed limits leave room for within a tick.
@@ -355,17 +380,20 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
         return StepStatus::Damped;
     }
     rates[..n].copy_from_slice(&motion.dq[..n]);
+    let bounds = solver.bounds::<C>(q);
+    let mut limited = false;
     if solver.settings.limits {
-        let bounds = solver.bounds::<C>(q);
-        if !bounds.hold(&rates[..n]) {
+        limited = !bounds.hold(&rates[..n]);
+        if limited {
             solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
-            return StepStatus::Limited;
         }
     }
-    match (motion.damped, motion.complete) {
-        (true, _) => StepStatus::Damped,
-        (false, false) => StepStatus::TaskOnly,
-        (false, true) => StepStatus::Regular,
+    let damped = motion.damped | solver.keep_promise(&motion, twist, &bounds, &mut rates[..n]);
+    match (limited, damped, motion.complete) {
+        (true, ..) => StepStatus::Limited,
+        (_, true, _) => StepStatus::Damped,
+        (_, _, false) => StepStatus::TaskOnly,
+        _ => StepStatus::Regular,
     }
 }
 

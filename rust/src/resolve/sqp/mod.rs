@@ -13,12 +13,16 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
+use crate::resolve::nearest::Asked;
 use crate::robot::Robot;
-use crate::task::Task;
-pub(super) use step::{Bounds, Known, newton_step};
+use crate::task::{Constraint, Task};
+pub(super) use step::{Bounds, Known, NewtonStep, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].
 pub(super) const RADIUS: f64 = 0.3;
+
+/// Damping of a tick that cannot follow its task, as a part of the squared size of the task's Jacobian.
+const DAMPING: f64 = 1e-8;
 
 /// Settings of [`OrthogonalSqp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,7 +144,7 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let (w, v) = halves(twist);
     let wanted = directions.reduce(w, v).map(|x| dt * x);
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
-    let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
+    let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high) = solver.box_around::<C>(q);
     if limits {
         let speed = &solver.robot.limits().qd_max;
@@ -150,7 +154,15 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
         }
     }
     let fraction = (gain * dt).min(1.0);
-    let step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
+    let mut step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
+    let rows = directions.rows(&columns);
+    let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted };
+    if let Some(left) = asked.broken_promise_of_slower(&step.dq) {
+        if let Some(dq) = asked.nearest(&left, &low, &high, DAMPING) {
+            step.dq = dq;
+            step.status = step.status.max(StepStatus::Damped);
+        }
+    }
     for i in 0..n {
         rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
     }
