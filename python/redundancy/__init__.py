@@ -49,9 +49,13 @@ from ._core import (
     solve_qp,
 )
 from .design import (
+    Convergence,
+    Isotropy,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
+    error_bounds,
+    isotropy,
     minimum_condition_posture,
     planar_tetrahedron,
 )
@@ -81,12 +85,14 @@ from .robots import on_rail, with_turntable
 __all__ = [
     "Body",
     "ConditionNumber",
+    "Convergence",
     "CustomIndex",
     "CyclicStart",
     "Elimination",
     "GradientProjection",
     "Householder",
     "InvalidValueError",
+    "Isotropy",
     "JointLimits",
     "LimitBarrier",
     "Manipulability",
@@ -129,7 +135,9 @@ __all__ = [
     "capsules_along_links",
     "characteristic_length",
     "cyclic_start",
+    "error_bounds",
     "follow",
+    "isotropy",
     "minimum_condition_posture",
     "on_rail",
     "plan",
