@@ -80,6 +80,18 @@ class PathSolution(NamedTuple):
     status: list[str]
     iterations: int
 
+class Constraint(NamedTuple):
+    h: _F64
+    jacobian: _F64
+    null: _F64
+
+class SolveHistory(NamedTuple):
+    q: _F64
+    value: _F64
+    gradient: _F64
+    step: _F64
+    evaluations: npt.NDArray[np.int64]
+
 class QPSolution(NamedTuple):
     x: _F64
     status: str
@@ -662,6 +674,8 @@ class OrthogonalSQP:
     @property
     def step_status(self) -> str: ...
     def error(self, q: ArrayLike, target: ArrayLike) -> _F64: ...
+    def constraint(self, q: ArrayLike, target: ArrayLike) -> Constraint: ...
+    def history(self, target: ArrayLike, q0: ArrayLike) -> SolveHistory: ...
     def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution: ...
     def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution: ...
 

@@ -47,4 +47,4 @@ pub use quadratic::{
 };
 pub use rate::{Memory, Method, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Situation};
 pub use resolver::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
-pub use sqp::{OrthogonalSqp, SqpSettings};
+pub use sqp::{ConstraintAt, Iteration, OrthogonalSqp, SqpSettings};

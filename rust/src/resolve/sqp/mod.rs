@@ -1,5 +1,6 @@
 //! The orthogonal SQP as an object: its settings and its closed-loop rate step.
 
+mod constraint;
 pub(crate) mod reduce;
 mod solve;
 mod step;
@@ -16,6 +17,8 @@ use crate::linalg::with_capacity;
 use crate::resolve::nearest::Asked;
 use crate::robot::Robot;
 use crate::task::{Constraint, Task};
+pub use constraint::ConstraintAt;
+pub use solve::Iteration;
 pub(super) use step::{Bounds, Known, NewtonStep, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].

@@ -63,16 +63,39 @@ impl Resolver for OrthogonalSqp {
         if q0.len() != self.robot.n() {
             return Solution::nowhere();
         }
-        with_capacity!(self.robot.n(), solve(self, target, q0))
+        with_capacity!(self.robot.n(), solve(self, target, q0, &mut |_| {}))
     }
 }
 
 #[inline(never)]
-fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q0: &[f64]) -> Solution {
-    solver.solve_from::<C>(target, q0)
+fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
+    solver.solve_from::<C>(target, q0, each)
+}
+
+/// A posture on the target on the way to a minimum.
+#[derive(Debug, Clone, Copy)]
+pub struct Iteration {
+    /// Joints; the first n count.
+    pub q: [f64; MAX_JOINTS],
+    /// Objective there.
+    pub value: f64,
+    /// Length of its gradient along the free motion that the limits leave.
+    pub gradient: f64,
+    /// Largest component of the step from there.
+    pub step: f64,
+    /// Evaluations of the objective up to there.
+    pub evaluations: usize,
 }
 
 impl OrthogonalSqp {
+    /// As [`Resolver::solve`]; `each` is told of every posture on the target.
+    pub fn trace(&self, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
+        }
+        with_capacity!(self.robot.n(), solve(self, target, q0, each))
+    }
+
     #[inline(never)]
     fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<C> {
         let n = size::<C>(self.robot.n());
@@ -93,7 +116,7 @@ impl OrthogonalSqp {
     }
 
     #[inline(always)]
-    fn solve_from<const C: usize>(&self, target: &Target, q0: &[f64]) -> Solution {
+    fn solve_from<const C: usize>(&self, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; C];
         q[..n].copy_from_slice(&q0[..n]);
@@ -102,17 +125,19 @@ impl OrthogonalSqp {
         let mut now = self.iterate(q, if free { Order::Hessian } else { Order::Value });
         let mut settled = reached && !free;
         let order = if self.settings.exact_hessian { Order::Hessian } else { Order::Gradient };
-        let mut before = f64::INFINITY;
+        let (mut before, mut evaluations) = (f64::INFINITY, 1);
         while reached && !settled && iterations < self.settings.max_iterations {
             iterations += 1;
             let step = self.free_step(&now, target);
+            let q = std::array::from_fn(|i| now.q.get(i).copied().unwrap_or(0.0));
+            each(&Iteration { q, value: now.objective.value, gradient: step.gradient, step: step.free, evaluations });
             if step.free == 0.0 {
                 settled = step.status == StepStatus::Regular;
                 break;
             }
             let last = settles(step.free, before);
             before = step.free;
-            let Some(next) = self.descend(&now, target, &step, order) else { break };
+            let Some(next) = self.descend(&now, target, &step, order, &mut evaluations) else { break };
             let previous = now;
             now = next;
             settled = last && step.status == StepStatus::Regular;
@@ -142,7 +167,14 @@ impl OrthogonalSqp {
 
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
     #[inline(always)]
-    fn descend<const C: usize>(&self, now: &Iterate<C>, target: &Target, step: &NewtonStep<C>, order: Order) -> Option<Iterate<C>> {
+    fn descend<const C: usize>(
+        &self,
+        now: &Iterate<C>,
+        target: &Target,
+        step: &NewtonStep<C>,
+        order: Order,
+        evaluations: &mut usize,
+    ) -> Option<Iterate<C>> {
         // What rounding alone can add. A step that promises less than values can tell is taken at its word.
         let size = now.objective.value.abs() + 1.0;
         let slack = size * if step.slope.abs() <= UNTOLD * size { UNTOLD } else { ROUNDING };
@@ -153,6 +185,7 @@ impl OrthogonalSqp {
                 q[i] += alpha * step.dq[i];
             }
             if self.restore(target, &mut q, step.held, RETURN_ITERATIONS).0 {
+                *evaluations += 1;
                 let next = self.iterate(q, order);
                 if next.objective.value <= now.objective.value + SUFFICIENT * alpha * step.slope + slack {
                     return Some(next);

@@ -75,6 +75,8 @@ pub(in crate::resolve) struct NewtonStep<const C: usize> {
     pub dq: [f64; C],
     /// First-order change of the objective along the free motion: zero or below.
     pub slope: f64,
+    /// Length of the objective's gradient along the free motion.
+    pub gradient: f64,
     /// Largest component of the free part of the step.
     pub free: f64,
     /// Joints that stand at a limit which the free motion would cross, or come to it, one bit a joint.
@@ -89,7 +91,7 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     let n = known.jacobian.n();
     let m = known.constraint.dimension();
     let rows = known.constraint.jacobian(known.jacobian);
-    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, held: 0, status: StepStatus::Regular };
+    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, gradient: 0.0, free: 0.0, held: 0, status: StepStatus::Regular };
     let factors = Orthogonal::new(&rows, n, m);
     if m > n || factors.spread() < NEARLY_SINGULAR {
         let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
@@ -176,6 +178,7 @@ fn sizes<const C: usize>(objective: &Evaluation<C>, n: usize) -> (f64, f64) {
 /// Minimises the convexified model within the bounds and adds the free motion to the step.
 #[inline(always)]
 fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
+    out.gradient = reduced.slopes[..r].iter().map(|x| x * x).sum::<f64>().sqrt();
     let radius = bounds.radius + KEEPS_UP * largest(&dv[..n]);
     let bounds = &Bounds { radius, ..*bounds };
     let u = if r == 1 { one_freedom(reduced, dv, bounds, n) } else { many_freedoms(reduced, dv, bounds, n, r) };
