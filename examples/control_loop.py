@@ -67,7 +67,7 @@ def main(seconds: float, method: str) -> None:
             pass
         waited[tick] = time.perf_counter_ns() - before
 
-        status = step.status if isinstance(step, rd.QuadraticProgram) else step.step_status
+        status = step.status
         statuses[status] = statuses.get(status, 0) + 1
         if tick > 1000:
             worst_error = max(worst_error, float(np.linalg.norm(wanted - pose[:3, 3])))

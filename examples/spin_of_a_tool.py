@@ -27,7 +27,7 @@ for tick in range(2001):
     solver.step(q, FEEDBACK * error, out=rates)
     if tick % 250 == 0:
         value, fastest = kappa.evaluate(robot, q, order=0), np.abs(rates).max()
-        size, status = np.linalg.norm(error), solver.step_status
+        size, status = np.linalg.norm(error), solver.status
         print(f"{tick * DT:5.2f} s   {value:.6f}   {fastest:6.3f} rad/s   {size:.0e}               {status}")
     q = q + DT * rates
 print(f"solve, from the same start: kappa_F {kappa.evaluate(robot, best, order=0):.6f}")

@@ -38,7 +38,7 @@ def test_tick(
 
     for q in postures:
         step.step(q, TWIST, out=rates)
-        if step.step_status == "regular":
+        if step.status == "regular":
             left_over = robot.jacobian(q) @ rates - TWIST
             left_over[:3] = np.cross(robot.fk(q)[:3, 2], left_over[:3])
             assert np.abs(left_over).max() < 1e-9

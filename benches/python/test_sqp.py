@@ -28,7 +28,7 @@ def test_step(benchmark: BenchmarkFixture, chain: Chain, postures: list[F64]) ->
     regular = 0
     for q in postures:
         step.step(q, TWIST, out=rates)
-        if step.step_status == "regular":
+        if step.status == "regular":
             regular += 1
             left_over = robot.jacobian(q) @ rates - TWIST
             left_over[:3] = np.cross(robot.fk(q)[:3, 2], left_over[:3])

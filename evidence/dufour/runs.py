@@ -40,21 +40,9 @@ SUBTICKS = 100
 
 
 @cache
-def largest_manipulability(samples: int = 200_000, kept: int = 100) -> float:
-    """Return the maximum of m within limits: the best of random postures, then climbed from."""
-    robot, rng = duf.robot(), np.random.default_rng(0)
-    q = rng.uniform(robot.q_min, robot.q_max, (samples, robot.n))
-    value = INDEX.evaluate_many(robot, q, 0)[0]
-    q = q[np.argsort(value)[-kept:]]
-    for _ in range(200):
-        value, gradient = INDEX.evaluate_many(robot, q, 1)[:2]
-        assert gradient is not None
-        tried = np.clip(q + np.geomspace(0.01, 3.0, 6)[:, None, None] * gradient, robot.q_min, robot.q_max)
-        found = np.stack([INDEX.evaluate_many(robot, step, 0)[0] for step in tried])
-        best = found.argmax(axis=0)
-        better = found.max(axis=0) > value
-        q[better] = tried[best, np.arange(kept)][better]
-    return float(INDEX.evaluate_many(robot, q, 0)[0].max())
+def largest_manipulability() -> float:
+    """Return the maximum of m within limits."""
+    return rd.maximum_manipulability(duf.robot(), starts=200_000).manipulability
 
 
 def normalised(q: F64) -> F64:

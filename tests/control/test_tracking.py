@@ -147,7 +147,8 @@ def test_paths_without_length() -> None:
         path = rd.Toolpath(np.tile(pose[:3, 3], (count, 1)), np.tile(pose[:3, 2], (count, 1)), time=time)
         found = rd.track(program, path, Q, progress=False)
         assert np.abs(found.q - Q).max() < 1e-9
-        assert set(found.status) == {"solved"}
+        # A twist of rounding is a twist.
+        assert set(found.status) <= {"solved", "relaxed"}
         assert len(found.status) == (max(count - 1, 1) if time else count)
 
 

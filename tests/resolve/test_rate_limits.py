@@ -47,8 +47,10 @@ def test_joint_at_its_limit_stops_and_one_beyond_comes_back() -> None:
             q[joint] = value
             out = free.step(q, TWIST)
             twist = TWIST if out[joint] * sign > 0.0 else -TWIST
-            assert solver.step(q, twist)[joint] == 0.0
-            assert solver.step_status == "limited"
+            outside = value != high
+            back = -0.25 * sign * FANUC.qd_max[joint] if outside else 0.0
+            assert solver.step(q, twist)[joint] == pytest.approx(back)
+            assert solver.step_status == ("returning" if outside else "limited")
             assert solver.step(q, -twist)[joint] * sign < 0.0
 
 

@@ -2,6 +2,7 @@
 
 from .accuracy import error_bounds
 from .isotropy import Isotropy, isotropy
+from .manipulability import ManipulabilityResult, maximum_manipulability
 from .posture import (
     Convergence,
     PlanarTetrahedron,
@@ -14,11 +15,13 @@ from .posture import (
 __all__ = [
     "Convergence",
     "Isotropy",
+    "ManipulabilityResult",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
     "error_bounds",
     "isotropy",
+    "maximum_manipulability",
     "minimum_condition_posture",
     "planar_tetrahedron",
 ]

@@ -1,4 +1,4 @@
-"""A control loop in which the rates of a quadratic programme are followed exactly, before a robot does it."""
+"""A control loop in which the rates of a solver are followed exactly, before a robot does it."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -10,13 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import plots
-from .._core import QuadraticProgram
+from .._core import Objective, OrthogonalSQP, QuadraticProgram, RateSolver
 from .._util import F64, axis_angle, between, checked, progress_bar, turns
 from ..errors import InvalidValueError
 from ..paths import Toolpath
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Stepper = QuadraticProgram | OrthogonalSQP | RateSolver
+"""What makes joint rates of a path, tick by tick."""
 
 _UNHURRIED: Final = 10.0
 """Gain where accelerations have limits [1/s]."""
@@ -69,8 +72,8 @@ class Tracking:
 
     Attributes
     ----------
-    program : QuadraticProgram
-        The programme.
+    program : QuadraticProgram, OrthogonalSQP, TwistDecomposition or another method
+        The solver.
     time : ndarray, shape (N + 1,)
         Times of the postures [s].
     q : ndarray, shape (N + 1, n)
@@ -78,18 +81,18 @@ class Tracking:
     rates : ndarray, shape (N, n)
         Rates from each posture to the next [rad/s or m/s].
     deviation : ndarray, shape (N, 6)
-        The part of the twist that was not followed, [omega; v] in rad/s and m/s.
+        The part of the twist that was not followed, as far as the task looks at it, [omega; v] in rad/s and m/s.
     distance : ndarray, shape (N + 1,)
         Smallest distance to obstacles and between bodies [m]; infinite without a scene.
     status : list of str
-        How each step ended, as `QuadraticProgram.status`.
+        How each step ended, as ``status`` of the solver.
     position_error, axis_error : ndarray, shape (N + 1,)
         Distance [m] and angle [rad] to the path.
     value : ndarray, shape (N + 1,)
-        The objective; NaN without.
+        The objective; NaN without one that has a value.
     """
 
-    program: QuadraticProgram
+    program: Stepper
     time: F64 = field(repr=False)
     q: F64 = field(repr=False)
     rates: F64 = field(repr=False)
@@ -122,7 +125,7 @@ class Tracking:
 
 
 def track(
-    program: QuadraticProgram,
+    solver: Stepper,
     path: Toolpath,
     q0: ArrayLike,
     *,
@@ -134,12 +137,12 @@ def track(
 ) -> Tracking:
     """Follow a path in time as a control loop would.
 
-    At every tick the programme gets the twist of the path, and what takes up the error of the tool; its rates are
-    followed exactly until the next tick.
+    At every tick the solver gets the twist of the path, and what takes up the error of the tool; its rates are followed
+    exactly until the next tick.
 
     Parameters
     ----------
-    program : QuadraticProgram
+    solver : QuadraticProgram, OrthogonalSQP, TwistDecomposition or another method
         Robot, task, tick, obstacles. What it remembers of earlier steps is forgotten first.
     path : Toolpath
         With times: points in between are interpolated, positions linearly and orientations along the shortest arc.
@@ -147,8 +150,8 @@ def track(
     q0 : array_like, shape (n,)
         Posture at the start [rad or m]. It need not be on the path.
     stiffness : callable, optional
-        Gets the shares of time (N,) from 0 to 1, returns the weight of the deviation at each, as `stiffness_profile`
-        does; the programme's own if not given.
+        For a QuadraticProgram: gets the shares of time (N,) from 0 to 1, returns the weight of the deviation at each,
+        as `stiffness_profile` does; the programme's own if not given.
     gain : float, optional
         Part of the error that is taken up in a second [1/s], at most 1 / dt, with which the next point is reached
         within the tick (Dufour and Suleiman 2020, eq. 1). If not given, that; 10 for a robot with limits of
@@ -168,79 +171,87 @@ def track(
     Raises
     ------
     InvalidValueError
-        If the path takes more than ten million ticks, a number is not finite, or ``gain`` is out of its domain.
+        If the path takes more than ten million ticks, a number is not finite, ``gain`` is out of its domain, or
+        ``stiffness`` is given with a solver that has none.
     ShapeError
         If ``q0`` does not fit the robot.
     """
-    robot, dt, scene, objective = program.robot, program.dt, program.scene, program.objective
-    targets = _ticks(program, path, hold)
-    count = len(targets) - 1
-    weights, share = _weights(program, stiffness, count), _share(program, gain)
+    robot, dt, objective = solver.robot, solver.dt, solver.objective
+    targets = _ticks(solver, path, hold)
+    count, share = len(targets) - 1, _share(solver, gain)
+    step = _stepper(solver, stiffness, count, share)
+    scene = solver.scene if isinstance(solver, QuadraticProgram) else None
     q, rates, deviation = np.empty((count + 1, robot.n)), np.empty((count, robot.n)), np.empty((count, 6))
     q[0] = checked("q0", q0, (robot.n,))
     distance, status = np.full(count + 1, np.inf), []
-    program.reset()
+    # Views are made once: an index into an array costs as much as a twist.
+    points, postures, row = list(targets), list(q), list(rates)
+    solver.reset()
     with progress_bar(count, "tracking", progress) as advance:
         for k in range(count + 1):
             if before is not None:
                 before(k * dt)
             if scene is not None:
-                distance[k] = scene.distance(q[k])
+                distance[k] = scene.distance(postures[k])
             if k == count:
                 break
-            here, there = (program.twist_to(q[k], target) for target in targets[k : k + 2])
-            program.step(q[k], there - (1.0 - share) * here, rates[k], stiffness=weights[k])
-            deviation[k] = program.deviation
-            status.append(program.status)
-            q[k + 1] = q[k] + dt * rates[k]
+            step(k, postures[k], points[k], points[k + 1], row[k])
+            deviation[k] = solver.deviation
+            status.append(solver.status)
+            np.multiply(row[k], dt, out=postures[k + 1])
+            postures[k + 1] += postures[k]
             advance(1)
-    value = np.full(count + 1, np.nan) if objective is None else objective.evaluate_many(robot, q, 0)[0]
+    value = np.full(count + 1, np.nan)
+    if isinstance(objective, Objective):
+        value = objective.evaluate_many(robot, q, 0)[0]
     time = dt * np.arange(count + 1, dtype=np.float64)
-    return Tracking(program, time, q, rates, deviation, distance, status, *_errors(program, targets, q), value)
+    missing = solver.error(q, targets)
+    position, angle = np.linalg.norm(missing[:, 3:], axis=1), np.linalg.norm(missing[:, :3], axis=1)
+    return Tracking(solver, time, q, rates, deviation, distance, status, position, angle, value)
 
 
-def _weights(program: QuadraticProgram, stiffness: Callable[[F64], F64] | None, count: int) -> list[float | None]:
-    """Return the weight of the deviation at every tick; None for the programme's own."""
+def _stepper(
+    solver: Stepper, stiffness: Callable[[F64], F64] | None, count: int, share: float
+) -> Callable[[int, F64, F64, F64, F64], object]:
+    """Return what makes the rates of tick k out of its posture and of where the tool should be at its two ends."""
     if stiffness is None:
-        return [None] * count
-    weights = np.asarray(stiffness(np.arange(1, count + 1) / count), dtype=np.float64)
-    return [float(weight) for weight in np.broadcast_to(weights, (count,))]
+        return lambda k, q, now, there, rates: solver.step_along(q, now, there, rates, share=share)
+    if not isinstance(solver, QuadraticProgram):
+        raise InvalidValueError(
+            f"stiffness is given, expected none: a {type(solver).__name__} follows the task as it is"
+        )
+    weights = np.broadcast_to(
+        np.asarray(stiffness(np.arange(1, count + 1) / count), dtype=np.float64), (count,)
+    ).tolist()
+    return lambda k, q, now, there, rates: solver.step_along(q, now, there, rates, share=share, stiffness=weights[k])
 
 
-def _share(program: QuadraticProgram, gain: float | None) -> float:
+def _share(solver: Stepper, gain: float | None) -> float:
     """Return the part of the error that is taken up in a tick."""
-    most = 1.0 / program.dt
+    most = 1.0 / solver.dt
     if gain is None:
-        gain = min(most, _UNHURRIED) if np.isfinite(program.robot.qdd_max).any() else most
+        gain = min(most, _UNHURRIED) if np.isfinite(solver.robot.qdd_max).any() else most
     if not 0.0 < gain <= most * (1.0 + 1e-9):
         raise InvalidValueError(f"gain is {gain}, expected a number above 0, at most 1 / dt = {most}")
-    return gain * program.dt
+    return min(gain * solver.dt, 1.0)
 
 
-def _errors(program: QuadraticProgram, targets: F64, q: F64) -> tuple[F64, F64]:
-    """Return the distances and the angles to the targets."""
-    missing = np.array([program.twist_to(row, target) for row, target in zip(q, targets, strict=True)])
-    position: F64 = program.dt * np.linalg.norm(missing[:, 3:], axis=1)
-    angle: F64 = program.dt * np.linalg.norm(missing[:, :3], axis=1)
-    return position, angle
-
-
-def _ticks(program: QuadraticProgram, path: Toolpath, hold: float) -> F64:
+def _ticks(solver: Stepper, path: Toolpath, hold: float) -> F64:
     """Return where the tool should be at the start and at the end of every tick."""
     if not 0.0 <= hold < np.inf:
         raise InvalidValueError(f"hold is {hold}, expected a finite time of at least 0 [s]")
-    still = round(hold / program.dt)
+    still = round(hold / solver.dt)
     if path.time is None:
         count = len(path) + still
     else:
-        count = int(np.ceil((path.time[-1] - path.time[0]) / program.dt - 1e-9)) + still
+        count = int(np.ceil((path.time[-1] - path.time[0]) / solver.dt - 1e-9)) + still
     count = max(count, 1)
     if count > _MOST_TICKS:
-        raise InvalidValueError(f"path takes {count} ticks of {program.dt} s, expected at most {_MOST_TICKS}")
+        raise InvalidValueError(f"path takes {count} ticks of {solver.dt} s, expected at most {_MOST_TICKS}")
     if path.time is None:
-        return path.targets(program.task)[np.clip(np.arange(-1, count), 0, len(path) - 1)]
-    times = np.minimum(path.time[0] + program.dt * np.arange(count + 1), path.time[-1])
-    return _at(path, times).targets(program.task)
+        return path.targets(solver.task)[np.clip(np.arange(-1, count), 0, len(path) - 1)]
+    times = np.minimum(path.time[0] + solver.dt * np.arange(count + 1), path.time[-1])
+    return _at(path, times).targets(solver.task)
 
 
 def _at(path: Toolpath, times: F64) -> Toolpath:

@@ -58,29 +58,80 @@ fn shape_of(shape: &[usize]) -> String {
     }
 }
 
-/// Copies `n` numbers to the front of `buffer` when `value` is a plain array of them: numpy's own type, one dimension, the float64 of this
-/// machine. Whether it is; nearly every call is answered by these four comparisons.
+/// The numbers of a plain array with their strides: numpy's own type, D dimensions of this shape, the float64 of this machine. `None` for anything
+/// else; nearly every call is answered by these few comparisons.
 #[inline(always)]
-fn read_plain(value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> bool {
+fn plain<const D: usize>(value: &Bound<'_, PyAny>, shape: [usize; D]) -> Option<(*const f64, [isize; D])> {
     static FLOAT64: PyOnceLock<Py<PyArrayDescr>> = PyOnceLock::new();
     let py = value.py();
     let float64 = FLOAT64.get_or_init(py, || f64::get_dtype(py).unbind());
-    // SAFETY: the fields are those of a live object of numpy's type; i is within the dimension, and the GIL keeps the array alive.
+    // SAFETY: the fields are those of a live object of numpy's type, with as many dimensions as are read.
     unsafe {
         let plain = npyffi::get_type_object(py, npyffi::NpyTypes::PyArray_Type);
         if !std::ptr::eq(ffi::Py_TYPE(value.as_ptr()), plain) {
-            return false;
+            return None;
         }
         let array = &(*value.as_ptr().cast::<npyffi::PyArrayObject>()).fields;
-        if array.nd != 1 || array.descr.cast() != float64.as_ptr() || *array.dimensions != n as npyffi::npy_intp {
-            return false;
+        if array.nd != D as i32 || array.descr.cast() != float64.as_ptr() {
+            return None;
         }
-        let (data, stride) = (array.data.cast_const().cast::<f64>(), *array.strides);
-        for (i, slot) in buffer[..n].iter_mut().enumerate() {
-            *slot = read(data, stride * i as isize);
-        }
+        let same = (0..D).all(|k| *array.dimensions.add(k) == shape[k] as npyffi::npy_intp);
+        same.then(|| (array.data.cast_const().cast::<f64>(), std::array::from_fn(|k| *array.strides.add(k))))
+    }
+}
+
+/// Copies `n` numbers to the front of `buffer` when `value` is a plain array of them; whether it is.
+#[inline(always)]
+fn read_plain(value: &Bound<'_, PyAny>, n: usize, buffer: &mut [f64]) -> bool {
+    let Some((data, [stride])) = plain(value, [n]) else { return false };
+    for (i, slot) in buffer[..n].iter_mut().enumerate() {
+        // SAFETY: i is within the dimension, and the GIL keeps the array alive.
+        *slot = unsafe { read(data, stride * i as isize) };
     }
     true
+}
+
+/// The numbers of one row of `width`, or of a 4 x 4 matrix.
+pub enum RowOrMatrix {
+    /// A row.
+    Row([f64; MAX_JOINTS]),
+    /// A matrix by rows.
+    Matrix([f64; 16]),
+}
+
+/// Reads a row of `width` numbers, all finite, or a 4 x 4 matrix.
+#[inline(always)]
+pub fn read_row_or_matrix(name: &str, value: &Bound<'_, PyAny>, width: usize) -> PyResult<RowOrMatrix> {
+    let mut row = [0.0; MAX_JOINTS];
+    if read_plain(value, width, &mut row) {
+        check_finite(name, &row[..width])?;
+        return Ok(RowOrMatrix::Row(row));
+    }
+    if let Some((data, [down, right])) = plain(value, [4, 4]) {
+        // SAFETY: both indices are within their dimensions, and the GIL keeps the array alive.
+        return Ok(RowOrMatrix::Matrix(std::array::from_fn(|k| unsafe { read(data, down * (k / 4) as isize + right * (k % 4) as isize) })));
+    }
+    let (numbers, shape) = read_any(name, value)?;
+    check_finite(name, &numbers)?;
+    if shape == [width] {
+        row[..width].copy_from_slice(&numbers);
+        return Ok(RowOrMatrix::Row(row));
+    }
+    match <[f64; 16]>::try_from(&numbers[..]) {
+        Ok(matrix) if shape == [4, 4] => Ok(RowOrMatrix::Matrix(matrix)),
+        _ => Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: format!("({width},) or (4, 4)") }.into()),
+    }
+}
+
+/// Many of them: the numbers, and how many are one. Shape (N, width) or (N, 4, 4), or one alone.
+pub fn read_rows_or_matrices(name: &str, value: &Bound<'_, PyAny>, width: usize) -> PyResult<(Vec<f64>, usize)> {
+    let (numbers, shape) = read_any(name, value)?;
+    check_finite(name, &numbers)?;
+    match *shape {
+        [k] | [_, k] if k == width => Ok((numbers, width)),
+        [4, 4] | [_, 4, 4] => Ok((numbers, 16)),
+        _ => Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: format!("(N, {width}) or (N, 4, 4)") }.into()),
+    }
 }
 
 /// Copies one finite vector of length `n` to the front of `buffer`.

@@ -209,6 +209,12 @@ impl PyTask {
         }
     }
 
+    /// A target of any task from a pose of the tool, a 4 x 4 matrix by rows: its position, and of its orientation what the task looks at.
+    pub fn pose(matrix: &[f64]) -> Result<Target> {
+        let frame = Frame::from_matrix("target", matrix)?;
+        Ok(Target { position: frame.origin, axis: None, frame: frame.axes })
+    }
+
     /// A target from its row of numbers: position, then axis or rotation matrix by rows.
     pub fn target(task: &Task, row: &[f64]) -> Result<Target> {
         let mut target = Target { position: [row[0], row[1], row[2]], axis: None, frame: Frame::IDENTITY.axes };

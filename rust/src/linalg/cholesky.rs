@@ -40,6 +40,11 @@ impl<const C: usize> Cholesky<C> {
         self.l[j][j]
     }
 
+    /// Entry `(i, j)` of L, `j <= i`.
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
+        self.l[i][j]
+    }
+
     /// L^-1 b.
     #[inline(always)]
     pub fn forward(&self, b: &[f64; C]) -> [f64; C] {

@@ -34,6 +34,7 @@
 //! # Ok::<(), redundancy::error::Error>(())
 //! ```
 
+mod bounds;
 pub(crate) mod direct_update;
 mod nearest;
 mod quadratic;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
-use crate::inverse::error_at;
-use crate::linalg::with_capacity;
+use crate::kinematics::{forward, jacobian};
+use crate::linalg::vector::{Vec3, halves, scale, sub};
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
 use crate::task::{Target, Task};
@@ -29,11 +29,13 @@ pub enum StepStatus {
     TaskOnly,
     /// Slowed down, or stopped at a limit.
     Limited,
+    /// A joint is beyond a limit of position and comes back; the task is followed as far as that allows.
+    Returning,
 }
 
 impl StepStatus {
     /// All of them, each at its own number.
-    pub const ALL: [Self; 4] = [Self::Regular, Self::Damped, Self::TaskOnly, Self::Limited];
+    pub const ALL: [Self; 5] = [Self::Regular, Self::Damped, Self::TaskOnly, Self::Limited, Self::Returning];
 
     /// In words.
     pub fn name(self) -> &'static str {
@@ -42,6 +44,7 @@ impl StepStatus {
             Self::Damped => "damped",
             Self::TaskOnly => "task only",
             Self::Limited => "limited",
+            Self::Returning => "returning",
         }
     }
 }
@@ -104,6 +107,9 @@ pub trait Resolver: Sync {
     /// Whether position limits hold.
     fn keeps_limits(&self) -> bool;
 
+    /// Length of a control tick \[s\].
+    fn dt(&self) -> f64;
+
     /// From `q0` to a target, where `memory` is what earlier targets of the same path left. A `q0` of another number of joints than the robot's
     /// leads nowhere: unreachable, with NaN errors.
     fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution;
@@ -121,8 +127,30 @@ pub trait Resolver: Sync {
     /// The small motion [rotation vector; translation] from the tool at `q` to a target, as far as the task looks at it [rad, m]; NaN for a `q` of
     /// another number of joints than the robot's.
     fn error(&self, target: &Target, q: &[f64]) -> Row6 {
-        let (robot, n) = (self.robot(), self.robot().n());
-        if q.len() == n { with_capacity!(n, error(robot, self.task(), target, q)) } else { [f64::NAN; 6] }
+        forward(self.robot(), q).map_or([f64::NAN; 6], |tool| row(self.task().error(&tool, target)))
+    }
+
+    /// The twist of a tick along a path: from the tool at `q` to where it has to be at the end of the tick, `next`, but for the part `1 - share` of
+    /// its distance from where it should be already, `now`. With a share of 1 that is eq. 1 of Dufour and Suleiman (2020). NaN as for
+    /// [`Resolver::error`].
+    fn twist_along(&self, now: &Target, next: &Target, share: f64, q: &[f64]) -> Row6 {
+        let Ok(tool) = forward(self.robot(), q) else { return [f64::NAN; 6] };
+        let mut out = row(self.task().error(&tool, next));
+        if share != 1.0 {
+            let late = row(self.task().error(&tool, now));
+            out = std::array::from_fn(|i| out[i] - (1.0 - share) * late[i]);
+        }
+        out.map(|x| x / self.dt())
+    }
+
+    /// The part of a twist that rates do not follow, as far as the task looks at it [omega; v]; NaN as for [`Resolver::error`].
+    fn deviation(&self, q: &[f64], twist: &Row6, rates: &[f64]) -> Row6 {
+        let Ok((tool, columns)) = jacobian(self.robot(), q) else { return [f64::NAN; 6] };
+        let (mut w, mut v) = halves(twist);
+        for (i, rate) in rates.iter().enumerate().take(columns.n()) {
+            (w, v) = (sub(w, scale(*rate, columns.w[i])), sub(v, scale(*rate, columns.v[i])));
+        }
+        row(self.task().directions(&tool, 1.0).project(w, v))
     }
 
     /// Along the targets, each from the posture of the one before; `each` is told of every solution.
@@ -162,8 +190,7 @@ pub trait Resolver: Sync {
     }
 }
 
-fn error<const C: usize>(robot: &Robot, task: &Task, target: &Target, q: &[f64]) -> Row6 {
-    let ([a, b, c], [x, y, z]) = error_at::<C>(robot, task, target, q);
+fn row(([a, b, c], [x, y, z]): (Vec3, Vec3)) -> Row6 {
     [a, b, c, x, y, z]
 }
 

@@ -9,12 +9,13 @@ use crate::array::{elements, ok, output, read_vector, vector};
 use crate::collision::scene::PyScene;
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
-use crate::resolve::quadratic_arguments::{read_constraints, read_derivatives, read_form, read_rate_weights};
+use crate::resolve::quadratic_arguments::{Weights, read_constraints, read_derivatives, read_form};
 use crate::resolve::quadratic_state::{Shared, State};
 use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::{Error, check_positive};
+use redundancy::linalg::MAX_JOINTS;
 use redundancy::qp::Row;
 use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, QuadraticSolver, Resolver, Tick};
 
@@ -40,12 +41,20 @@ use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, Qua
 ///     ``weight (|value| + T g'qd)^2 / 2`` (eq. 14), convex whatever the weight.
 /// derivatives : {"exact", "bfgs", "differences"}
 ///     Exact gradient and Hessian; exact gradient and the direct BFGS update (eq. 20, corrected); or differences of values (eq. 17, 19).
-/// rate_weights : float or array_like, shape (n,)
-///     Q, the weight of each joint's squared rate.
-/// stiffness : float
-///     Weight of the squared deviation from the task where a step gives none.
-/// largest_deviation : tuple of float, optional
-///     Largest angular [rad/s] and linear [m/s] deviation of any component; it gives way before rows do.
+/// step : float, optional
+///     Step of the differences [rad or m]; 1e-4 if not given.
+/// rate_weights : float or array_like, shape (n,) or (n, n)
+///     Q, the weight of the rates: one number, one a joint, or a symmetric positive definite matrix; 1 if not given.
+/// stiffness : float or array_like, shape (6,) or (6, 6)
+///     Q_delta, 1e4 if not given: the weight of the deviation delta = [omega; v] in the base frame at the tool point, as far as the task
+///     looks at it: of ``|v|^2`` and of
+///     ``length^2 |omega|^2``, or one weight a component, or a symmetric positive definite matrix, in which case ``length`` weighs nothing.
+///     A number that a step gives replaces this one, and multiplies weights that are more than a number.
+/// largest_deviation : array_like, shape (2,), (6,) or (2, 6), optional
+///     Bounds of the deviation, which give way before rows do: the largest angular [rad/s] and linear [m/s] one of any component of the task; or that
+///     of each component of [omega; v] in the base frame; or their lower bounds, at most 0, and their upper ones. Infinite for none.
+/// jerk : float or array_like, shape (n,), optional
+///     Limits of jerk [rad/s^3 or m/s^3], where ``limits`` hold. They yield to limits of position, speed and acceleration, in this order.
 /// length : float, optional
 ///     Weighs angular deviations against linear ones [m]. 1 if not given.
 /// dt : float
@@ -92,13 +101,37 @@ impl PyQuadraticProgram {
             _ => Ok(self.solver.step(tick, &mut state.memory, rates)),
         }
     }
+
+    /// The weight of the deviation in a tick.
+    fn stiffness(&self, given: Option<f64>) -> PyResult<f64> {
+        ok(given.map_or(Ok(self.solver.settings().stiffness), |value| check_positive("stiffness", value)))
+    }
+
+    /// One tick, after the rates `before` where these are given.
+    fn run(&self, py: Python<'_>, tick: &Tick<'_>, before: Option<[f64; MAX_JOINTS]>, rates: &mut [f64]) -> PyResult<()> {
+        let run = |state: &mut State, rates: &mut [f64]| {
+            state.memory.rates = before.or(state.memory.rates);
+            state.outcome = self.tick(tick, state, rates)?;
+            state.own = tick.rows.len();
+            Ok(())
+        };
+        if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut state = self.state().clone();
+            ok(run(&mut state, rates))?;
+            *self.state() = state;
+        } else {
+            ok(run(&mut self.state(), rates))?;
+        }
+        self.given.check(py)
+    }
 }
 
 #[pymethods]
 impl PyQuadraticProgram {
     #[new]
-    #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", rate_weights=None,
-                        stiffness=1e4, largest_deviation=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
+    #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", step=None, rate_weights=None,
+                        stiffness=None, largest_deviation=None, jerk=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
                         security=0.02, damping=0.5, tolerance=1e-3))]
     fn new(
         py: Python<'_>,
@@ -108,9 +141,11 @@ impl PyQuadraticProgram {
         weight: f64,
         form: &str,
         derivatives: &str,
+        step: Option<f64>,
         rate_weights: Option<&Bound<'_, PyAny>>,
-        stiffness: f64,
-        largest_deviation: Option<(f64, f64)>,
+        stiffness: Option<&Bound<'_, PyAny>>,
+        largest_deviation: Option<&Bound<'_, PyAny>>,
+        jerk: Option<&Bound<'_, PyAny>>,
         length: f64,
         dt: f64,
         limits: bool,
@@ -122,15 +157,7 @@ impl PyQuadraticProgram {
     ) -> PyResult<Self> {
         let core = robot.get().robot.clone();
         let n = core.n();
-        let settings = QuadraticSettings {
-            length,
-            dt,
-            rate_weights: read_rate_weights(rate_weights, n)?,
-            stiffness,
-            largest_deviation: largest_deviation.unwrap_or((f64::INFINITY, f64::INFINITY)),
-            limits,
-            tolerance,
-        };
+        let mut settings = QuadraticSettings { length, dt, limits, tolerance, ..QuadraticSettings::default() };
         let index = objective.map(|given| Ok::<_, PyErr>((given.cast::<PyObjective>()?.get().objective.clone(), weight))).transpose()?;
         let guard = match scene {
             None => None,
@@ -141,7 +168,10 @@ impl PyQuadraticProgram {
                 Some((scene, ok(Damper::new(influence, security, damping))?))
             }
         };
-        let solver = ok(QuadraticSolver::new(core, task.get().task, index, read_form(form)?, read_derivatives(derivatives)?, settings))?;
+        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, task.get().task);
+        let rest = Weights { rate_weights, stiffness, largest_deviation, jerk }.apply(&mut settings, n)?;
+        let mut solver = ok(QuadraticSolver::new(core, task_of, index, form, derivatives, settings))?;
+        ok(rest.give(&mut solver))?;
         let state = Mutex::new(State::new(guard.is_some()));
         let given = Given::new(py, robot, task, objective.map(|objective| objective.clone().unbind()));
         Ok(Self { solver, given, guard, state })
@@ -180,7 +210,7 @@ impl PyQuadraticProgram {
     /// Length of a tick [s].
     #[getter]
     fn dt(&self) -> f64 {
-        self.solver.settings().dt
+        self.solver.dt()
     }
 
     /// Joint rates of one control tick.
@@ -217,7 +247,8 @@ impl PyQuadraticProgram {
     /// Notes
     /// -----
     /// Where not everything can be kept, the task gives way first, then its largest deviation, by little, then all rows by the same least
-    /// amount. Limits of joints never give way. Beyond a position limit a joint may only move back. At a singularity of the task the programme is as convex as anywhere;
+    /// amount. Limits of joints never give way. Beyond a position limit a joint moves back, with a quarter
+    /// of its speed limit at least (0.5 rad/s or m/s where it has none), as far as its acceleration allows. At a singularity of the task the programme is as convex as anywhere;
     /// where the objective itself is singular the step goes without it. No allocation but that of the result and of the rows.
     #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None))]
     fn step<'py>(
@@ -236,7 +267,7 @@ impl PyQuadraticProgram {
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        let stiffness = ok(stiffness.map_or(Ok(self.solver.settings().stiffness), |value| check_positive("stiffness", value)))?;
+        let stiffness = self.stiffness(stiffness)?;
         let (rows, lower, upper) = read_constraints(rows, lower, upper, n)?;
         let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
         let array = output(py, out, [n])?;
@@ -246,27 +277,76 @@ impl PyQuadraticProgram {
             .enumerate()
             .map(|(k, (lower, upper))| Row { a: &rows[k * n..(k + 1) * n], lower: *lower, upper: *upper })
             .collect();
-        let tick = Tick { q: &q[..n], twist: desired, stiffness, rows: &rows };
-        let run = |state: &mut State| {
-            state.memory.rates = before.or(state.memory.rates);
-            state.outcome = self.tick(&tick, state, elements(&array))?;
-            state.own = rows.len();
-            Ok(())
-        };
-        if self.given.calls_python {
-            // Taken out, not held: a Python objective may let another thread in.
-            let mut state = self.state().clone();
-            ok(run(&mut state))?;
-            *self.state() = state;
-        } else {
-            ok(run(&mut self.state()))?;
-        }
-        self.given.check(py)?;
+        self.run(py, &Tick { q: &q[..n], twist: desired, stiffness, rows: &rows }, before, elements(&array))?;
         Ok(array)
     }
 
-    /// The twist that would bring the tool onto a target within one tick: ``(P_d - P_e) / T`` and the rotation vector of ``R_d R_e'`` over T, as far as
-    /// the task looks at them (Dufour and Suleiman 2020, eq. 1).
+    /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
+    /// up a part of its error.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// now, next : array_like
+    ///     Where the tool should be at the start and at the end of the tick: targets as for `solve`.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    /// share : float
+    ///     Part of the error that is taken up, above 0, at most 1: ``gain * dt`` for a gain in 1/s. With 1 the twist is `twist_to` of ``next``, else that
+    ///     less ``1 - share`` of `twist_to` of ``now``.
+    /// stiffness, rates
+    ///     As for `step`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     As for `step`.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or the share is out of its domain.
+    #[pyo3(signature = (q, now, next, out=None, *, share=1.0, stiffness=None, rates=None))]
+    fn step_along<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        now: &Bound<'py, PyAny>,
+        next: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        share: f64,
+        stiffness: Option<f64>,
+        rates: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
+        let stiffness = self.stiffness(stiffness)?;
+        let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
+        let array = output(py, out, [n])?;
+        self.run(py, &Tick { q: &q[..n], twist, stiffness, rows: &[] }, before, elements(&array))?;
+        Ok(array)
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target [rad, m], as far as the task looks at it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`; for many postures as many targets, as for `follow_chunk`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,) or (N, 6)
+    ///     In the base frame.
+    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, 1.0)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: `error` over ``dt``, that is ``(P_d - P_e) / T`` and the rotation vector of
+    /// ``R_d R_e'`` over T (Dufour and Suleiman 2020, eq. 1).
     ///
     /// Parameters
     /// ----------
@@ -279,16 +359,13 @@ impl PyQuadraticProgram {
     /// -------
     /// ndarray, shape (6,)
     ///     [omega; v] in the base frame [rad/s, m/s].
-    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let target = solution::target(self.solver.task(), target)?;
-        let q = posture(self.solver.robot(), "q", q)?;
-        let dt = self.solver.settings().dt;
-        let error = self.solver.error(&target, &q[..self.solver.robot().n()]);
-        Ok(vector(py, &error.map(|error| error / dt)))
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, self.solver.dt())
     }
 
-    /// How the last `step` ended: "solved", "relaxed" (the task gave way to rows, obstacles or the worth of the objective), "limited" (to limits of
-    /// joints), "infeasible" (rows exclude each other or the limits: they failed by as little as can be), or "not convex" (the printed
+    /// How the last `step` ended: "solved" (the deviation is at most ``tolerance`` times the twist, as far as the task looks at them, with angles times the
+    /// length), "relaxed" (the task gave way to rows, obstacles, the cost of the rates or the worth of the objective), "limited" (to limits of
+    /// joints), "returning" (a joint is beyond a limit of position and comes back), "infeasible" (rows exclude each other or the limits: they failed by as little as can be), or "not convex" (the printed
     /// form, which then goes without the objective).
     #[getter]
     fn status(&self) -> &'static str {
@@ -346,7 +423,7 @@ impl PyQuadraticProgram {
     /// ----------
     /// target : array_like
     ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
-    ///     rows.
+    ///     rows. Any task: (4, 4), a pose of the tool as `Robot.fk` answers it.
     /// q0 : array_like, shape (n,), optional
     ///     Start; if not given, the best of ``starts`` random postures.
     /// starts, seed : int
@@ -378,7 +455,7 @@ impl PyQuadraticProgram {
     ///
     /// Parameters
     /// ----------
-    /// targets : array_like, shape (N, k)
+    /// targets : array_like, shape (N, k) or (N, 4, 4)
     ///     Targets as for `solve`.
     /// q0 : array_like, shape (n,)
     ///     Start.

@@ -7,7 +7,7 @@ use crate::errors::{Failure, PyResult};
 use crate::array::{read_any, read_list};
 use redundancy::error::Error;
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::resolve::{Derivatives, IndexForm, MAX_OWN_ROWS};
+use redundancy::resolve::{Derivatives, IndexForm, MAX_OWN_ROWS, QuadraticSettings, QuadraticSolver};
 
 /// How an index enters.
 pub fn read_form(name: &str) -> PyResult<IndexForm> {
@@ -20,26 +20,113 @@ pub fn read_form(name: &str) -> PyResult<IndexForm> {
 }
 
 /// Where derivatives come from.
-pub fn read_derivatives(name: &str) -> PyResult<Derivatives> {
-    match name {
-        "exact" => Ok(Derivatives::Exact),
-        "bfgs" => Ok(Derivatives::Bfgs),
-        "differences" => Ok(Derivatives::DIFFERENCES),
-        other => Err(Error::value("derivatives", format!("{other:?}"), "'exact', 'bfgs' or 'differences'").into()),
+pub fn read_derivatives(name: &str, step: Option<f64>) -> PyResult<Derivatives> {
+    let out = match name {
+        "exact" => Derivatives::Exact,
+        "bfgs" => Derivatives::Bfgs,
+        "differences" => step.map_or(Derivatives::DIFFERENCES, Derivatives::Differences),
+        other => return Err(Error::value("derivatives", format!("{other:?}"), "'exact', 'bfgs' or 'differences'").into()),
+    };
+    match step {
+        Some(step) if name != "differences" => Err(Error::value("step", step, "none, but for derivatives='differences'").into()),
+        _ => Ok(out),
     }
 }
 
-/// One weight a joint, or one for all; 1 if not given.
-pub fn read_rate_weights(value: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<[f64; MAX_JOINTS]> {
-    let Some(value) = value else { return Ok([1.0; MAX_JOINTS]) };
-    if let Ok(weight) = value.extract::<f64>() {
-        return Ok([weight; MAX_JOINTS]);
+/// What is given in one of several forms.
+pub struct Weights<'a, 'py> {
+    pub rate_weights: Option<&'a Bound<'py, PyAny>>,
+    pub stiffness: Option<&'a Bound<'py, PyAny>>,
+    pub largest_deviation: Option<&'a Bound<'py, PyAny>>,
+    pub jerk: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// Numbers of one of some shapes, and which of them; `()` is a number alone.
+#[inline(never)]
+fn read_one_of(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult<(Vec<f64>, usize)> {
+    let (numbers, shape) = read_any(name, given)?;
+    match shapes.iter().position(|known| *known == shape) {
+        Some(which) => Ok((numbers, which)),
+        None => Err(Error::Shape { name: name.into(), got: format!("{shape:?}"), expected: format!("one of {shapes:?}") }.into()),
     }
-    let list = read_list("rate_weights", value)?;
-    if list.len() != n {
-        return Err(Error::length("rate_weights", list.len(), n).into());
+}
+
+impl Weights<'_, '_> {
+    /// The settings that have room for what is given, and a solver made of them that has the rest too.
+    #[inline(never)]
+    pub fn apply(&self, settings: &mut QuadraticSettings, n: usize) -> PyResult<Rest> {
+        let mut rest = Rest::default();
+        if let Some(given) = self.rate_weights {
+            let (values, which) = read_one_of("rate_weights", given, &[&[], &[n], &[n, n]])?;
+            match which {
+                0 => settings.rate_weights = [values[0]; MAX_JOINTS],
+                1 => settings.rate_weights[..n].copy_from_slice(&values),
+                _ => rest.rates = Some(values),
+            }
+        }
+        if let Some(given) = self.stiffness {
+            let (values, which) = read_one_of("stiffness", given, &[&[], &[6], &[6, 6]])?;
+            settings.stiffness = if which == 0 { values[0] } else { 1.0 };
+            rest.deviation = match which {
+                0 => None,
+                1 => Some((0..36).map(|k| if k / 6 == k % 6 { values[k % 6] } else { 0.0 }).collect()),
+                _ => Some(values),
+            };
+        }
+        if let Some(given) = self.largest_deviation {
+            let (values, which) = read_one_of("largest_deviation", given, &[&[2], &[6], &[2, 6]])?;
+            if which == 0 {
+                settings.largest_deviation = (values[0], values[1]);
+            } else {
+                let upper = values.len() - 6;
+                rest.bounds = Some(std::array::from_fn(|k| {
+                    if k < 6 && which == 1 {
+                        -values[k]
+                    } else if k < 6 {
+                        values[k]
+                    } else {
+                        values[upper + k - 6]
+                    }
+                }));
+            }
+        }
+        if let Some(given) = self.jerk {
+            let (values, which) = read_one_of("jerk", given, &[&[], &[n]])?;
+            rest.jerk = Some(if which == 0 { vec![values[0]; n] } else { values });
+        }
+        Ok(rest)
     }
-    Ok(std::array::from_fn(|i| list.get(i).copied().unwrap_or(1.0)))
+}
+
+/// What settings have no room for.
+#[derive(Default)]
+pub struct Rest {
+    rates: Option<Vec<f64>>,
+    deviation: Option<Vec<f64>>,
+    /// Lower ones, then upper ones.
+    bounds: Option<[f64; 12]>,
+    jerk: Option<Vec<f64>>,
+}
+
+impl Rest {
+    /// The solver with it.
+    #[inline(never)]
+    pub fn give(&self, solver: &mut QuadraticSolver) -> redundancy::error::Result<()> {
+        if let Some(q) = &self.rates {
+            solver.set_rate_matrix(q)?;
+        }
+        if let Some(w) = &self.deviation {
+            solver.set_deviation_matrix(w)?;
+        }
+        if let Some(bounds) = &self.bounds {
+            let (lower, upper) = bounds.split_at(6);
+            solver.set_deviation_bounds(lower, upper)?;
+        }
+        if let Some(jerk) = &self.jerk {
+            solver.set_jerk(jerk)?;
+        }
+        Ok(())
+    }
 }
 
 /// Rows (m, n) and their limits (m,).

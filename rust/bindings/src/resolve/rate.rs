@@ -1,20 +1,20 @@
 //! `redundancy.TwistDecomposition` and its rivals: one base class, a subclass for each method.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use numpy::PyArrayDyn;
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::array::{elements, ok, output, read_list, read_vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::secondary::{scaling, secondary};
-use crate::resolve::solution::{self, Given, posture};
+use crate::resolve::solution::{self, Given, Last, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
-use redundancy::linalg::MAX_JOINTS;
-use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling, StepStatus};
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{Memory, Method, RateSettings, RateSolver, Resolver, Scaling};
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
@@ -23,20 +23,58 @@ pub struct PyRateSolver {
     solver: RateSolver,
     given: Given,
     scaling: Scaling,
-    /// What is remembered from step to step and from chunk to chunk, and the posture at the end of the last chunk.
-    memory: Mutex<(Memory, [f64; MAX_JOINTS])>,
-    /// How the last step came about, by its number.
-    last: AtomicU8,
+    memory: Mutex<Remembered>,
+}
+
+/// What is remembered.
+struct Remembered {
+    /// From step to step and from chunk to chunk.
+    memory: Memory,
+    /// The posture at the end of the last chunk.
+    end: [f64; MAX_JOINTS],
+    last: Last,
+}
+
+impl Remembered {
+    /// Nothing yet.
+    fn nothing() -> Self {
+        Self { memory: Memory::default(), end: [f64::NAN; MAX_JOINTS], last: Last::NONE }
+    }
 }
 
 impl PyRateSolver {
     fn of(solver: RateSolver, given: Given, scaling: Scaling) -> Self {
-        Self { solver, given, scaling, memory: Mutex::new((Memory::default(), [f64::NAN; MAX_JOINTS])), last: AtomicU8::new(0) }
+        Self { solver, given, scaling, memory: Mutex::new(Remembered::nothing()) }
     }
 
-    fn remembered(&self) -> MutexGuard<'_, (Memory, [f64; MAX_JOINTS])> {
+    fn remembered(&self) -> MutexGuard<'_, Remembered> {
         // What a panic of another thread left is still a posture.
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn tick<'py>(
+        &self,
+        py: Python<'py>,
+        q: &[f64; MAX_JOINTS],
+        twist: &Row6,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let array = output(py, out, [n])?;
+        let rates = elements(&array);
+        if self.given.calls_python {
+            // Taken out, not held: a Python objective may let another thread in.
+            let mut memory = self.remembered().memory;
+            let status = self.solver.step(&q[..n], twist, &mut memory, rates);
+            self.remembered().memory = memory;
+            self.given.check(py)?;
+            self.remembered().last.take(status, q, twist, rates);
+        } else {
+            let mut remembered = self.remembered();
+            let status = self.solver.step(&q[..n], twist, &mut remembered.memory, rates);
+            remembered.last.take(status, q, twist, rates);
+        }
+        Ok(array)
     }
 }
 
@@ -66,6 +104,12 @@ impl PyRateSolver {
         self.solver.settings().length
     }
 
+    /// Length of a control tick [s].
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.solver.dt()
+    }
+
     /// Joint rates of one control tick.
     ///
     /// Parameters
@@ -83,8 +127,8 @@ impl PyRateSolver {
     /// -------
     /// ndarray, shape (n,)
     ///     Rates [rad/s or m/s], never NaN; with ``limits``, within speed limits and never across a position limit within ``dt``: the free
-    ///     motion gives way first, then all joints slow down together, then each stops at its limit. `step_status` tells how they came
-    ///     about.
+    ///     motion gives way first, then all joints slow down together, then each stops at its limit. A joint that is beyond a limit of position
+    ///     comes back, with a quarter of its speed limit at least. `status` tells how they came about.
     ///
     /// Notes
     /// -----
@@ -98,35 +142,108 @@ impl PyRateSolver {
         twist: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let n = self.solver.robot().n();
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        let array = output(py, out, [n])?;
-        let step = |memory: &mut Memory| self.solver.step(&q[..n], &desired, memory, elements(&array));
-        let status = if self.given.calls_python {
-            // Taken out, not held: a Python objective may let another thread in.
-            let mut memory = self.remembered().0;
-            let status = step(&mut memory);
-            self.remembered().0 = memory;
-            status
-        } else {
-            step(&mut self.remembered().0)
-        };
-        self.given.check(py)?;
-        self.last.store(status as u8, Ordering::Relaxed);
-        Ok(array)
+        self.tick(py, &q, &desired, out)
     }
 
-    /// How the last `step` came about: "regular", "damped", "task only" (the secondary task could not be evaluated) or "limited".
+    /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
+    /// up a part of its error.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// now, next : array_like
+    ///     Where the tool should be at the start and at the end of the tick: targets as for `solve`.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    /// share : float
+    ///     Part of the error that is taken up, above 0, at most 1: ``gain * dt`` for a gain in 1/s. With 1 the twist is `twist_to` of ``next``, else that
+    ///     less ``1 - share`` of `twist_to` of ``now``.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     As for `step`.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or the share is out of its domain.
+    #[pyo3(signature = (q, now, next, out=None, *, share=1.0))]
+    fn step_along<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        now: &Bound<'py, PyAny>,
+        next: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        share: f64,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
+        self.tick(py, &q, &twist, out)
+    }
+
+    /// How the last `step` came about: "regular" (the twist is followed to rounding, as far as the task looks at it), "damped", "task only" (the secondary
+    /// task could not be evaluated), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position and comes
+    /// back).
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.remembered().last.status.name()
+    }
+
+    /// As `status`.
     #[getter]
     fn step_status(&self) -> &'static str {
-        StepStatus::ALL[usize::from(self.last.load(Ordering::Relaxed))].name()
+        self.status()
+    }
+
+    /// The part of the twist that the last `step` did not follow, [omega; v] (6,) [rad/s, m/s], as far as the task looks at it.
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.remembered().last.deviation(py, &self.solver)
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target [rad, m], as far as the task looks at it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`; for many postures as many targets, as for `follow_chunk`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,) or (N, 6)
+    ///     In the base frame.
+    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, 1.0)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: `error` over ``dt``, that is ``(P_d - P_e) / T`` and the rotation vector of
+    /// ``R_d R_e'`` over T (Dufour and Suleiman 2020, eq. 1).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [omega; v] in the base frame [rad/s, m/s].
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, self.solver.dt())
     }
 
     /// Forgets the posture that a `PosturePull` remembers.
     fn reset(&self) {
-        *self.remembered() = (Memory::default(), [f64::NAN; MAX_JOINTS]);
+        *self.remembered() = Remembered::nothing();
     }
 
     /// A posture on a target (Huo 2009, algorithm 3.1, with the task's own error in place of its line 6, which corrects an axis about which
@@ -136,7 +253,7 @@ impl PyRateSolver {
     /// ----------
     /// target : array_like
     ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
-    ///     rows.
+    ///     rows. Any task: (4, 4), a pose of the tool as `Robot.fk` answers it.
     /// q0 : array_like, shape (n,), optional
     ///     Start; if not given, the best of ``starts`` random postures: least objective, or nearest to the middle of the ranges.
     /// starts, seed : int
@@ -168,7 +285,7 @@ impl PyRateSolver {
     ///
     /// Parameters
     /// ----------
-    /// targets : array_like, shape (N, k)
+    /// targets : array_like, shape (N, k) or (N, 4, 4)
     ///     Targets as for `solve`.
     /// q0 : array_like, shape (n,)
     ///     Start. Where it is the end of the last chunk, the posture that a `PosturePull` remembers is kept.
@@ -186,12 +303,13 @@ impl PyRateSolver {
     fn follow_chunk<'py>(&self, py: Python<'py>, targets: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (targets, q) = solution::path(&self.solver, targets, q0)?;
         let n = self.solver.robot().n();
-        let (mut memory, end) = *self.remembered();
-        if end[..n] != q[..n] {
-            memory = Memory::default();
-        }
+        let mut memory = {
+            let before = self.remembered();
+            if before.end[..n] == q[..n] { before.memory } else { Memory::default() }
+        };
         let (found, end) = self.given.follow(py, &self.solver, &targets, &q, &mut memory)?;
-        *self.remembered() = (memory, end);
+        let mut remembered = self.remembered();
+        (remembered.memory, remembered.end) = (memory, end);
         Ok(found)
     }
 
@@ -204,27 +322,59 @@ impl PyRateSolver {
     }
 }
 
-struct Arguments<'a, 'py> {
+/// What the classes of all methods are made of: their arguments are read by one function, as reading them is much machine code.
+#[pyclass(frozen)]
+struct Arguments {
     robot: Py<PyRobot>,
     task: Py<PyTask>,
-    objective: Option<&'a Bound<'py, PyAny>>,
-    scaling: &'a str,
+    objective: Option<Py<PyAny>>,
+    scaling: String,
     length: Option<f64>,
-    weights: Option<&'a Bound<'py, PyAny>>,
+    weights: Option<Py<PyAny>>,
     settings: RateSettings,
 }
 
-fn make(py: Python<'_>, method: Method, given: Arguments<'_, '_>) -> PyResult<PyRateSolver> {
+#[pyfunction(name = "RateSolver")]
+#[pyo3(signature = (robot, task, objective=None, *, scaling="gradient".into(), gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
+                    iterations=20, stop=0.0, correct=true, tolerance=1e-12, weights=None))]
+fn arguments(
+    robot: Py<PyRobot>,
+    task: Py<PyTask>,
+    objective: Option<Py<PyAny>>,
+    scaling: String,
+    gain: f64,
+    relaxation: f64,
+    length: Option<f64>,
+    damping: f64,
+    dt: f64,
+    limits: bool,
+    iterations: usize,
+    stop: f64,
+    correct: bool,
+    tolerance: f64,
+    weights: Option<Py<PyAny>>,
+) -> Arguments {
+    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, stop, correct, tolerance };
+    Arguments { robot, task, objective, scaling, length, weights, settings }
+}
+
+#[inline(never)]
+fn make(method: Method, given: &Bound<'_, PyTuple>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<PyRateSolver> {
+    let py = given.py();
+    let read = wrap_pyfunction!(arguments, py)?.call(given, keywords)?;
+    let given = read.cast::<Arguments>().map_err(PyErr::from)?.get();
     let core = given.robot.get().robot.clone();
-    let own = given.objective.and_then(|objective| objective.cast::<PyObjective>().ok()).and_then(|o| o.get().objective.length());
+    let objective = given.objective.as_ref().map(|objective| objective.bind(py));
+    let own = objective.and_then(|objective| objective.cast::<PyObjective>().ok()).and_then(|o| o.get().objective.length());
     let settings = RateSettings { length: given.length.or(own).unwrap_or(1.0), ..given.settings };
-    let scaling = scaling(given.scaling)?;
-    let secondary = secondary(given.objective, &core, scaling)?;
-    let weights = given.weights.map(|weights| read_list("weights", weights)).transpose()?;
-    let solver = ok(RateSolver::new(core, given.task.get().task, method, secondary, weights.as_deref(), settings))?;
-    let task = if *solver.task() == given.task.get().task { given.task } else { Py::new(py, PyTask { task: *solver.task() })? };
-    let objective = given.objective.map(|objective| objective.clone().unbind());
-    Ok(PyRateSolver::of(solver, Given::new(py, given.robot, task, objective), scaling))
+    let scaling = scaling(&given.scaling)?;
+    let secondary = secondary(objective, &core, scaling)?;
+    let weights = given.weights.as_ref().map(|weights| read_list("weights", weights.bind(py))).transpose()?;
+    let task = given.task.clone_ref(py);
+    let solver = ok(RateSolver::new(core, task.get().task, method, secondary, weights.as_deref(), settings))?;
+    let task = if *solver.task() == task.get().task { task } else { Py::new(py, PyTask { task: *solver.task() })? };
+    let objective = objective.map(|objective| objective.clone().unbind());
+    Ok(PyRateSolver::of(solver, Given::new(py, given.robot.clone_ref(py), task, objective), scaling))
 }
 
 macro_rules! methods {
@@ -279,29 +429,10 @@ macro_rules! methods {
             #[pymethods]
             impl $name {
                 #[new]
-                #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient", gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
-                                    iterations=20, stop=0.0, correct=true, tolerance=1e-12, weights=None))]
-                fn new(
-                    py: Python<'_>,
-                    robot: Py<PyRobot>,
-                    task: Py<PyTask>,
-                    objective: Option<&Bound<'_, PyAny>>,
-                    scaling: &str,
-                    gain: f64,
-                    relaxation: f64,
-                    length: Option<f64>,
-                    damping: f64,
-                    dt: f64,
-                    limits: bool,
-                    iterations: usize,
-                    stop: f64,
-                    correct: bool,
-                    tolerance: f64,
-                    weights: Option<&Bound<'_, PyAny>>,
-                ) -> PyResult<PyClassInitializer<Self>> {
-                    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, stop, correct, tolerance };
-                    let given = Arguments { robot, task, objective, scaling, length, weights, settings };
-                    Ok(PyClassInitializer::from(make(py, Method::$method, given)?).add_subclass(Self))
+                #[pyo3(signature = (*args, **settings), text_signature = "(robot, task, objective=None, *, scaling='gradient', gain=1.0, relaxation=1.0, \
+                                    length=None, damping=1e-3, dt=1e-3, limits=True, iterations=20, stop=0.0, correct=True, tolerance=1e-12, weights=None)")]
+                fn new(args: &Bound<'_, PyTuple>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<PyClassInitializer<Self>> {
+                    Ok(PyClassInitializer::from(make(Method::$method, args, settings)?).add_subclass(Self))
                 }
             }
         )*

@@ -1,15 +1,17 @@
 //! Targets as Python gives them, and solutions as it gets them, the same from every solver.
 
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::array::{Rows, elements, ok, output, read_rows, read_vector, vector};
+use crate::array::{RowOrMatrix, elements, ok, output, read_one_or_many, read_row_or_matrix, read_rows_or_matrices, read_vector, vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::results::{PATH_SOLUTION, SOLUTION};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
-use redundancy::linalg::MAX_JOINTS;
-use redundancy::resolve::{Memory, Resolver, Solution, SolveStatus};
+use redundancy::error::Error;
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{Memory, Resolver, Solution, SolveStatus, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Target, Task};
 
@@ -52,7 +54,7 @@ impl Given {
         starts: usize,
         seed: u64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let target = target(solver.task(), asked)?;
+        let target = target(solver.task(), "target", asked)?;
         let n = solver.robot().n();
         let solution = match q0 {
             Some(q0) => {
@@ -112,19 +114,92 @@ pub fn path(solver: &dyn Resolver, asked: &Bound<'_, PyAny>, q0: &Bound<'_, PyAn
     Ok((targets(solver.task(), asked)?, posture(solver.robot(), "q0", q0)?))
 }
 
-/// One target of a task.
-pub fn target(task: &Task, value: &Bound<'_, PyAny>) -> PyResult<Target> {
-    let mut row = [0.0; MAX_JOINTS];
-    read_vector("target", value, PyTask::width(task), &mut row)?;
-    ok(PyTask::target(task, &row))
+/// One target of a task: its own numbers, or a pose of the tool.
+#[inline(never)]
+pub fn target(task: &Task, name: &str, value: &Bound<'_, PyAny>) -> PyResult<Target> {
+    ok(match read_row_or_matrix(name, value, PyTask::width(task))? {
+        RowOrMatrix::Row(row) => PyTask::target(task, &row),
+        RowOrMatrix::Matrix(matrix) => PyTask::pose(&matrix),
+    })
 }
 
-/// Targets of a task, one a row.
+/// Targets of a task, one a row, or poses of the tool.
 pub fn targets(task: &Task, value: &Bound<'_, PyAny>) -> PyResult<Vec<Target>> {
-    let width = PyTask::width(task);
-    let rows = match read_rows("targets", value, width)? {
-        Rows::Many(rows) => rows,
-        Rows::One(row) => row[..width].to_vec(),
+    let (numbers, size) = read_rows_or_matrices("targets", value, PyTask::width(task))?;
+    let one = |row: &[f64]| if size == 16 { PyTask::pose(row) } else { PyTask::target(task, row) };
+    numbers.chunks_exact(size).map(|row| ok(one(row))).collect()
+}
+
+/// The small motions from the tool to targets over the time `dt`: of one posture, or of each of many to its own target.
+#[inline(never)]
+pub fn error<'py>(
+    py: Python<'py>,
+    solver: &dyn Resolver,
+    q: &Bound<'py, PyAny>,
+    asked: &Bound<'py, PyAny>,
+    dt: f64,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let (n, mut row) = (solver.robot().n(), [0.0; MAX_JOINTS]);
+    let each = |out: &mut [f64], target: &Target, q: &[f64]| out.copy_from_slice(&solver.error(target, q).map(|error| error / dt));
+    let Some(rows) = read_one_or_many("q", q, n, &mut row)? else {
+        let (target, array) = (target(solver.task(), "target", asked)?, output(py, None, [6])?);
+        each(elements(&array), &target, &row[..n]);
+        return Ok(array);
     };
-    rows.chunks_exact(width).map(|row| ok(PyTask::target(task, row))).collect()
+    let targets = targets(solver.task(), asked)?;
+    let count = rows.len() / n;
+    if targets.len() != count {
+        return Err(Error::length("targets", targets.len(), count).into());
+    }
+    let array = output(py, None, [count, 6])?;
+    for ((out, target), q) in elements(&array).chunks_exact_mut(6).zip(&targets).zip(rows.chunks_exact(n)) {
+        each(out, target, q);
+    }
+    Ok(array)
+}
+
+/// The posture and the twist of a tick along a path.
+#[inline(never)]
+pub fn along(
+    solver: &dyn Resolver,
+    q: &Bound<'_, PyAny>,
+    now: &Bound<'_, PyAny>,
+    next: &Bound<'_, PyAny>,
+    share: f64,
+) -> PyResult<([f64; MAX_JOINTS], Row6)> {
+    let q = posture(solver.robot(), "q", q)?;
+    if !(share > 0.0 && share <= 1.0) {
+        return Err(Error::value("share", share, "a part above 0, at most 1").into());
+    }
+    let (now, next) = (target(solver.task(), "now", now)?, target(solver.task(), "next", next)?);
+    Ok((q, solver.twist_along(&now, &next, share, &q[..solver.robot().n()])))
+}
+
+/// What the last step was asked and answered.
+#[derive(Clone, Copy)]
+pub struct Last {
+    pub status: StepStatus,
+    q: [f64; MAX_JOINTS],
+    twist: Row6,
+    rates: [f64; MAX_JOINTS],
+}
+
+impl Last {
+    /// Nothing asked yet.
+    pub const NONE: Self = Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS] };
+
+    /// Takes up a step, in place.
+    #[inline(always)]
+    pub fn take(&mut self, status: StepStatus, q: &[f64; MAX_JOINTS], twist: &Row6, rates: &[f64]) {
+        (self.status, self.q, self.twist) = (status, *q, *twist);
+        for (kept, rate) in self.rates.iter_mut().zip(rates) {
+            *kept = *rate;
+        }
+    }
+
+    /// The part of the twist that was not followed.
+    pub fn deviation<'py>(&self, py: Python<'py>, solver: &dyn Resolver) -> Bound<'py, PyArray1<f64>> {
+        let n = solver.robot().n();
+        vector(py, &solver.deviation(&self.q[..n], &self.twist, &self.rates[..n]))
+    }
 }

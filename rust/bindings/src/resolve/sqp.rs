@@ -1,6 +1,6 @@
 //! `redundancy.OrthogonalSQP`.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
@@ -8,12 +8,13 @@ use pyo3::prelude::*;
 use crate::array::{elements, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
-use crate::resolve::solution::{self, Given, posture};
+use crate::resolve::solution::{self, Given, Last, posture};
 use crate::results::{CONSTRAINT, SOLVE_HISTORY};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
-use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSettings, StepStatus};
+use redundancy::linalg::{MAX_JOINTS, Row6};
+use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSettings};
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
 ///
@@ -48,8 +49,30 @@ use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSetting
 pub struct PyOrthogonalSqp {
     solver: OrthogonalSqp,
     given: Given,
-    /// How the last step came about, by its number.
-    last: AtomicU8,
+    last: Mutex<Last>,
+}
+
+impl PyOrthogonalSqp {
+    fn last(&self) -> MutexGuard<'_, Last> {
+        // What a panic of another thread left is still a step.
+        self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn tick<'py>(
+        &self,
+        py: Python<'py>,
+        q: &[f64; MAX_JOINTS],
+        twist: &Row6,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let n = self.solver.robot().n();
+        let array = output(py, out, [n])?;
+        let rates = elements(&array);
+        let status = self.solver.step(&q[..n], twist, rates);
+        self.given.check(py)?;
+        self.last().take(status, q, twist, rates);
+        Ok(array)
+    }
 }
 
 #[pymethods]
@@ -79,7 +102,7 @@ impl PyOrthogonalSqp {
         let settings = SqpSettings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
         let solver = OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings);
         let given = Given::new(py, robot, task, Some(objective.into_any()));
-        Ok(Self { solver: ok(solver)?, given, last: AtomicU8::new(0) })
+        Ok(Self { solver: ok(solver)?, given, last: Mutex::new(Last::NONE) })
     }
 
     /// The robot.
@@ -106,6 +129,12 @@ impl PyOrthogonalSqp {
         self.solver.settings().length
     }
 
+    /// Length of a control tick [s].
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.solver.dt()
+    }
+
     /// Joint rates of one control tick (Leger 2014, eq. 4.20).
     ///
     /// Parameters
@@ -121,7 +150,8 @@ impl PyOrthogonalSqp {
     /// Returns
     /// -------
     /// ndarray, shape (n,)
-    ///     Rates [rad/s or m/s]: finite, within speed limits, never across a position limit within ``dt``. `step_status` tells how they came about.
+    ///     Rates [rad/s or m/s]: finite, within speed limits, never across a position limit within ``dt``; a joint that is beyond one comes
+    ///     back, with a quarter of its speed limit at least. `status` tells how they came about.
     ///
     /// Notes
     /// -----
@@ -135,35 +165,107 @@ impl PyOrthogonalSqp {
         twist: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let n = self.solver.robot().n();
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        let array = output(py, out, [n])?;
-        let status = self.solver.step(&q[..n], &desired, elements(&array));
-        self.given.check(py)?;
-        self.last.store(status as u8, Ordering::Relaxed);
-        Ok(array)
+        self.tick(py, &q, &desired, out)
     }
 
-    /// How the last `step` came about: "regular", "damped", "task only" (the objective has no derivatives there) or "limited".
-    #[getter]
-    fn step_status(&self) -> &'static str {
-        StepStatus::ALL[usize::from(self.last.load(Ordering::Relaxed))].name()
-    }
-
-    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target, shape (6,) [rad, m] (4.34).
+    /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
+    /// up a part of its error.
     ///
     /// Parameters
     /// ----------
     /// q : array_like, shape (n,)
-    ///     Joint coordinates.
+    ///     Joint coordinates [rad or m].
+    /// now, next : array_like
+    ///     Where the tool should be at the start and at the end of the tick: targets as for `solve`.
+    /// out : ndarray, shape (n,), optional
+    ///     Receives the result.
+    /// share : float
+    ///     Part of the error that is taken up, above 0, at most 1: ``gain * dt`` for a gain in 1/s. With 1 the twist is `twist_to` of ``next``, else that
+    ///     less ``1 - share`` of `twist_to` of ``now``.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     As for `step`.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or the share is out of its domain.
+    #[pyo3(signature = (q, now, next, out=None, *, share=1.0))]
+    fn step_along<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        now: &Bound<'py, PyAny>,
+        next: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+        share: f64,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
+        self.tick(py, &q, &twist, out)
+    }
+
+    /// How the last `step` came about: "regular" (the twist is followed to rounding, as far as the task looks at it), "damped", "task only" (the objective
+    /// has no derivatives there), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position and comes back).
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.last().status.name()
+    }
+
+    /// As `status`.
+    #[getter]
+    fn step_status(&self) -> &'static str {
+        self.status()
+    }
+
+    /// The part of the twist that the last `step` did not follow, [omega; v] (6,) [rad/s, m/s], as far as the task looks at it.
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.last().deviation(py, &self.solver)
+    }
+
+    /// Forgets the last step.
+    fn reset(&self) {
+        *self.last() = Last::NONE;
+    }
+
+    /// The small motion [rotation vector; translation] from the tool at ``q`` to the target [rad, m] (4.34), as far as the task looks at it.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`; for many postures as many targets, as for `follow_chunk`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,) or (N, 6)
+    ///     In the base frame.
+    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, 1.0)
+    }
+
+    /// The twist that would bring the tool onto a target within one tick: `error` over ``dt``, that is ``(P_d - P_e) / T`` and the rotation vector of
+    /// ``R_d R_e'`` over T (Dufour and Suleiman 2020, eq. 1).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
     /// target : array_like
     ///     As for `solve`.
-    fn error<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let q = posture(self.solver.robot(), "q", q)?;
-        let target = solution::target(self.solver.task(), target)?;
-        Ok(vector(py, &self.solver.error(&target, &q[..self.solver.robot().n()])))
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [omega; v] in the base frame [rad/s, m/s].
+    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        solution::error(py, &self.solver, q, target, self.solver.dt())
     }
 
     /// The task as an equality constraint at a posture: h(q) = 0 on the target (Leger 2014, eq. 4.5 to 4.13).
@@ -189,7 +291,7 @@ impl PyOrthogonalSqp {
     /// The lower block of the printed Jacobian (4.13) has the wrong sign: a1 - p1 is right.
     fn constraint<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let n = self.solver.robot().n();
-        let target = solution::target(self.solver.task(), target)?;
+        let target = solution::target(self.solver.task(), "target", target)?;
         let at = ok(self.solver.constraint(&target, &posture(self.solver.robot(), "q", q)?[..n]))?;
         let matrix = |rows: usize, columns: usize, entry: &dyn Fn(usize, usize) -> f64| {
             let numbers = (0..rows * columns).map(|k| entry(k / columns, k % columns)).collect();
@@ -221,7 +323,7 @@ impl PyOrthogonalSqp {
     ///     Evaluations of the objective up to there, those of refused steps included.
     fn history<'py>(&self, py: Python<'py>, target: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let n = self.solver.robot().n();
-        let target = solution::target(self.solver.task(), target)?;
+        let target = solution::target(self.solver.task(), "target", target)?;
         let q0 = posture(self.solver.robot(), "q0", q0)?;
         let mut seen = Vec::new();
         py.detach(|| self.solver.trace(&target, &q0[..n], &mut |iteration| seen.push(*iteration)));
@@ -238,7 +340,8 @@ impl PyOrthogonalSqp {
     /// Parameters
     /// ----------
     /// target : array_like
-    ///     Axisymmetric: (6,), position [m] and axis direction; full: (12,), position and rotation matrix by rows; position: (3,).
+    ///     Axisymmetric: (6,), position [m] and axis direction; free rotation: (3,), position; else (12,), position and rotation matrix by
+    ///     rows. Any task: (4, 4), a pose of the tool as `Robot.fk` answers it.
     /// q0 : array_like, shape (n,), optional
     ///     Start; if not given, the best of ``starts`` random postures within the limits.
     /// starts, seed : int
@@ -270,7 +373,7 @@ impl PyOrthogonalSqp {
     ///
     /// Parameters
     /// ----------
-    /// targets : array_like, shape (N, k)
+    /// targets : array_like, shape (N, k) or (N, 4, 4)
     ///     Targets as for `solve`.
     /// q0 : array_like, shape (n,)
     ///     Start.

@@ -171,7 +171,9 @@ impl IndexTerm {
 fn convex_part<const C: usize>(rates: &Cost<C>, curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
     let mut left = curvature;
     for i in 0..n {
-        left[i][i] += LEFT * rates.h[i][i];
+        for j in 0..n {
+            left[i][j] += LEFT * rates.h[i][j];
+        }
     }
     if Cholesky::<C>::new(&left, n).is_some() { curvature } else { positive_part(curvature, n) }
 }

@@ -4,10 +4,11 @@
 //! The deviation from the twist is not a variable here: `delta = t - J qd` is put into the objective, so that a programme has as many variables
 //! as the robot has joints, and is strictly convex at singularities too.
 
-mod bounds;
 mod damper;
+mod general;
 mod guarded;
 mod index_term;
+mod jerk;
 mod path;
 mod programme;
 mod rest;

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::bounds::motion_interval;
 use super::settings::{QuadraticMemory, Tick};
 use super::solver::{QuadraticSolver, RateBounds};
 use crate::index::Objective;
@@ -10,6 +9,7 @@ use crate::inverse::{error_at, reach_sized};
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
+use crate::resolve::bounds::motion_interval;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus};
 use crate::robot::Robot;
 use crate::task::{Target, Task};
@@ -34,6 +34,10 @@ impl Resolver for QuadraticSolver {
         self.settings().limits
     }
 
+    fn dt(&self) -> f64 {
+        self.settings().dt
+    }
+
     /// From `q0` to a target: programmes for motions instead of rates, of a tick of length 1 in which no joint moves far, then Newton onto the
     /// target. Nothing is remembered from target to target.
     fn solve_next(&self, target: &Target, q0: &[f64], _memory: &mut Memory) -> Solution {
@@ -54,7 +58,8 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
     for _ in 0..STEPS {
         let (w, v) = error_at::<C>(robot, &solver.task, target, &q[..n]);
         let twist: Row6 = [w[0], w[1], w[2], v[0], v[1], v[2]];
-        let (mut bounds, mut motion) = (RateBounds { lower: [0.0; C], upper: [0.0; C], brakes: false }, [0.0; MAX_JOINTS]);
+        let bounds = RateBounds { lower: [0.0; C], upper: [0.0; C], returning: false, brakes: false };
+        let (mut bounds, mut motion) = (bounds, [0.0; MAX_JOINTS]);
         for i in 0..n {
             (bounds.lower[i], bounds.upper[i]) = motion_interval(limits, i, q[i]);
         }

@@ -1,6 +1,6 @@
 //! How a tick comes to rest in front of a goal that is out of reach.
 
-use super::bounds::fastest;
+use crate::resolve::bounds::fastest;
 use super::programme::{Constraints, Cost, solve};
 use super::solver::{Programme, QuadraticSolver};
 use crate::linalg::Row6;

@@ -65,6 +65,8 @@ pub enum QuadraticStatus {
     Relaxed,
     /// The task gives way to limits of joints.
     Limited,
+    /// A joint is beyond a limit of position and comes back; the task is followed as far as that allows.
+    Returning,
     /// Rows exclude each other or the limits: all of them give way by as little as can be, and the largest deviation does not count.
     Infeasible,
     /// The printed form is not convex: the index is left out.
@@ -78,6 +80,7 @@ impl QuadraticStatus {
             Self::Solved => "solved",
             Self::Relaxed => "relaxed",
             Self::Limited => "limited",
+            Self::Returning => "returning",
             Self::Infeasible => "infeasible",
             Self::NotConvex => "not convex",
         }
@@ -127,6 +130,8 @@ impl Default for Outcome {
 pub struct QuadraticMemory {
     /// Rates of the tick before, if there was one.
     pub rates: Option<[f64; MAX_JOINTS]>,
+    /// Rates of the tick before that, where jerk counts.
+    pub(super) earlier: Option<[f64; MAX_JOINTS]>,
     active: ([Constraint; MAX_JOINTS], usize),
     pub(super) closing: Closing,
     /// Last, as it is large and touched by BFGS alone.
@@ -136,7 +141,8 @@ pub struct QuadraticMemory {
 impl Default for QuadraticMemory {
     fn default() -> Self {
         let none = Constraint { place: Place::Bound(0), side: Side::Lower };
-        Self { rates: None, index: IndexMemory::default(), closing: Closing::default(), active: ([none; MAX_JOINTS], 0) }
+        let active = ([none; MAX_JOINTS], 0);
+        Self { rates: None, earlier: None, active, closing: Closing::default(), index: IndexMemory::default() }
     }
 }
 

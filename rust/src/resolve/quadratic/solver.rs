@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::bounds::rate_interval;
+use super::general::{General, combined, twists_of};
 use super::index_term::{Derivatives, IndexForm, IndexTerm};
 use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
@@ -11,8 +11,9 @@ use crate::index::Objective;
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
-use crate::qp::{ActiveSet, DenseRow, Minimum, Status};
+use crate::linalg::{Mat6, Row6, Rows6, size};
+use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
+use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
@@ -22,14 +23,14 @@ pub(super) const MAX_ROWS: usize = 64;
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
 const FEW_ROWS: usize = 8;
+/// Part of what a component of the deviation is the difference of, below which it is rounding, and counts as nothing.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
 /// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
 const STIFFEST: f64 = 1e7;
 /// A row fails when it does by more than this, relative to what it is made of.
 const FAILS: f64 = 1e-9;
-/// Rates this near to a bound, relative, are at it.
-const AT_BOUND: f64 = 1e-9;
 
 /// A robot, a task and what counts beside it.
 #[derive(Debug, Clone)]
@@ -38,6 +39,8 @@ pub struct QuadraticSolver {
     pub(super) task: Task,
     term: Option<IndexTerm>,
     settings: QuadraticSettings,
+    /// What is more than one number; apart, as few have it.
+    pub(super) general: Option<Box<General>>,
 }
 
 /// Least and greatest rates.
@@ -46,6 +49,8 @@ pub(super) struct RateBounds<const C: usize> {
     pub upper: [f64; C],
     /// Whether the rates of the tick before bound them: joints need room to brake.
     pub brakes: bool,
+    /// Whether a joint is beyond a limit of position, and has to come back.
+    pub returning: bool,
 }
 
 /// The programme of a tick but for its rows.
@@ -84,7 +89,7 @@ impl QuadraticSolver {
             }
         }
         let term = index.map(|(objective, weight)| IndexTerm { objective, weight, form, derivatives });
-        Ok(Self { robot, task, term, settings })
+        Ok(Self { robot, task, term, settings, general: None })
     }
 
     /// The settings.
@@ -107,15 +112,21 @@ impl QuadraticSolver {
         with_capacity!(self.robot.n(), step(self, tick, memory, rates))
     }
 
-    fn bounds<const C: usize>(&self, q: &[f64], before: Option<&[f64; MAX_JOINTS]>) -> RateBounds<C> {
-        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+    fn bounds<const C: usize>(&self, q: &[f64], memory: &QuadraticMemory) -> RateBounds<C> {
+        let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false, brakes: false };
         if self.settings.limits {
+            let (limits, before) = (self.robot.limits(), memory.rates.as_ref());
             for i in 0..q.len() {
-                (lower[i], upper[i]) = rate_interval(self.robot.limits(), i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+                let (low, high, back) = rate_interval(limits, i, q[i], self.settings.dt, before.map(|rates| rates[i]));
+                (out.lower[i], out.upper[i]) = (low, high);
+                out.returning |= back;
+            }
+            if let Some(general) = &self.general {
+                general.limit_jerk(limits, q, self.settings.dt, memory, &mut out.lower, &mut out.upper);
             }
         }
-        let brakes = before.is_some() && self.settings.limits && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
-        RateBounds { lower, upper, brakes }
+        out.brakes = self.settings.limits && memory.rates.is_some() && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
+        out
     }
 
     /// As [`QuadraticSolver::step`], of a tick of length `dt` within bounds that are given.
@@ -134,17 +145,49 @@ impl QuadraticSolver {
         let (w, v) = halves(&tick.twist);
         let rows = directions.rows(&columns);
         let wanted = directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST));
-        let mut cost = Cost::<C>::of_rates(&self.settings.rate_weights[..n]);
+        let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
-        cost.add_deviation(tick.stiffness, &rows, &wanted, directions.dimension());
+        self.add_deviation(&mut cost, tick.stiffness, &directions, &rows, &wanted);
         let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, jacobian: &columns, dt };
         let (angular, linear) = self.settings.largest_deviation;
-        let bounded = if angular.is_finite() || linear.is_finite() { directions.dimension() } else { 0 };
+        let bounded = match &self.general {
+            Some(general) if general.bounds.is_some() => 6,
+            _ if angular.is_finite() || linear.is_finite() => directions.dimension(),
+            _ => 0,
+        };
         match tick.rows.len() + bounded {
             0 => self.answer(&programme, &mut [], memory, rates),
             1..=FEW_ROWS => self.answer(&programme, &mut [DenseRow::OPEN; FEW_ROWS], memory, rates),
             _ => self.answer_many(&programme, memory, rates),
         }
+    }
+
+    #[inline(always)]
+    fn cost_of_rates<const C: usize>(&self, n: usize) -> Cost<C> {
+        let mut cost = Cost::of_rates(&self.settings.rate_weights[..n]);
+        if let Some(general) = &self.general {
+            general.set_rates(&mut cost, n);
+        }
+        cost
+    }
+
+    #[inline(always)]
+    fn add_deviation<const C: usize>(&self, cost: &mut Cost<C>, stiffness: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
+        let other;
+        let (rows, wanted) = match self.general.as_ref().and_then(|general| general.weighing(at, &self.twists(at))) {
+            None => (rows, wanted),
+            Some(matrix) => {
+                other = combined(&matrix, rows, wanted);
+                (&other.0, &other.1)
+            }
+        };
+        cost.add_deviation(stiffness, rows, wanted, at.dimension());
+    }
+
+    /// The twist of each component of the task.
+    #[inline(always)]
+    fn twists(&self, at: &Directions) -> Mat6 {
+        twists_of(at, self.task.angular.dimension(), self.settings.length)
     }
 
     /// Apart, so that other ticks have no large buffer on their stack.
@@ -170,15 +213,16 @@ impl QuadraticSolver {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
+        memory.earlier = memory.rates.filter(|_| self.general.is_some());
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
         let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
-        let held = (0..n).any(|i| near(rates[i], bounds.lower[i]) || near(rates[i], bounds.upper[i]));
         let (deviation, kept) = self.deviation(programme, &rates[..n]);
         let (w, v) = programme.directions.motion_of(&deviation);
         Outcome {
-            status: match (kept, held) {
+            status: match (kept, answer.held) {
                 _ if answer.infeasible => QuadraticStatus::Infeasible,
                 _ if printed && answer.without_index == Some(Status::NotConvex) => QuadraticStatus::NotConvex,
+                _ if bounds.returning => QuadraticStatus::Returning,
                 (true, _) => QuadraticStatus::Solved,
                 (false, true) => QuadraticStatus::Limited,
                 (false, false) => QuadraticStatus::Relaxed,
@@ -203,6 +247,14 @@ impl QuadraticSolver {
             (dense.lower, dense.upper) = (row.lower, row.upper);
         }
         let mut all = hard;
+        if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
+            let (rows, wanted) = combined(&self.twists(&programme.directions), &programme.rows, &programme.wanted);
+            for k in 0..6 {
+                buffer[all] = DenseRow { a: rows[k], lower: wanted[k] - upper[k], upper: wanted[k] - lower[k] };
+                all += 1;
+            }
+            return (hard, all);
+        }
         for r in 0..programme.directions.dimension() {
             let (angular, linear) = self.settings.largest_deviation;
             let most = if r < self.task.angular.dimension() { self.settings.length * angular } else { linear };
@@ -230,7 +282,7 @@ impl QuadraticSolver {
         }
         let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
-        Answer { x: found.x, infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+        Answer { x: found.x, held: held(&found), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
     }
 
     #[cold]
@@ -243,19 +295,19 @@ impl QuadraticSolver {
         mut found: Minimum<C>,
         memory: &mut QuadraticMemory,
     ) -> Answer<C> {
-        let (n, dimension) = (programme.n, programme.directions.dimension());
+        let n = programme.n;
         let without_index = matches!(found.status, Status::NotConvex | Status::Undefined).then_some(found.status);
         let mut cost = programme.cost;
         if without_index.is_some() {
-            cost = Cost::of_rates(&self.settings.rate_weights[..n]);
-            cost.add_deviation(programme.tick.stiffness, &programme.rows, &programme.wanted, dimension);
+            cost = self.cost_of_rates(n);
+            self.add_deviation(&mut cost, programme.tick.stiffness, &programme.directions, &programme.rows, &programme.wanted);
             found = solve(&cost, at, n, &ActiveSet::default());
         }
         let mut beyond_deviation = false;
         let own = Constraints { rows: &at.rows[..hard], ..*at };
         if found.status != Status::Solved && at.rows.len() > hard {
             // The largest deviation is out of reach: what counts now is to exceed it by little.
-            cost.add_deviation(STIFFEST, &programme.rows, &programme.wanted, dimension);
+            cost.add_deviation(STIFFEST, &programme.rows, &programme.wanted, programme.directions.dimension());
             found = solve(&cost, &own, n, &ActiveSet::default());
             beyond_deviation = found.status == Status::Solved;
         }
@@ -265,43 +317,50 @@ impl QuadraticSolver {
         } else {
             memory.keep(&found.active);
         }
-        Answer { x: found.x, infeasible, beyond_deviation, without_index, changes: found.changes }
+        Answer { x: found.x, held: held(&found), infeasible, beyond_deviation, without_index, changes: found.changes }
     }
 
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
     fn deviation<const C: usize>(&self, programme: &Programme<'_, C>, rates: &[f64]) -> (Row6, bool) {
         let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
         for r in 0..programme.directions.dimension() {
-            let followed: f64 = programme.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
             let wanted = programme.wanted[r];
-            out[r] = wanted - followed;
+            let (mut followed, mut size) = (0.0, wanted.abs());
+            for (a, x) in programme.rows[r].iter().zip(rates) {
+                followed += a * x;
+                size += (a * x).abs();
+            }
+            let rest = wanted - followed;
+            out[r] = if rest.abs() > ROUNDING * size { rest } else { 0.0 };
             left += out[r] * out[r];
             whole += wanted * wanted;
             if r < self.task.angular.dimension() {
                 out[r] /= self.settings.length;
             }
         }
-        (out, left.sqrt() <= self.settings.tolerance * whole.sqrt().max(self.settings.tolerance))
+        (out, left.sqrt() <= self.settings.tolerance * whole.sqrt())
     }
 }
 
 #[inline(never)]
 fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut QuadraticMemory, rates: &mut [f64]) -> Outcome {
-    let bounds = solver.bounds::<C>(tick.q, memory.rates.as_ref());
+    let bounds = solver.bounds::<C>(tick.q, memory);
     solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
-/// Rates, whether the rows or the index had to be left out, and how often the programme changed its mind.
+/// Rates, whether bounds hold them, whether the rows or the index had to be left out, and how often the programme changed its mind.
 struct Answer<const C: usize> {
     x: [f64; C],
+    held: bool,
     infeasible: bool,
     beyond_deviation: bool,
     without_index: Option<Status>,
     changes: usize,
 }
 
-fn near(x: f64, bound: f64) -> bool {
-    bound.is_finite() && (x - bound).abs() <= AT_BOUND * bound.abs().max(AT_BOUND)
+/// Whether a bound takes something from the rates: what merely touches one would go no further without it.
+fn held<const C: usize>(found: &Minimum<C>) -> bool {
+    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
 }
 
 /// The rows that do not hold.

@@ -10,6 +10,7 @@ use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
+use crate::resolve::bounds::speed_bounds;
 use crate::resolve::nearest::Asked;
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
@@ -100,24 +101,19 @@ pub struct RateSolver {
 }
 
 /// Rates within position and speed limits.
-struct RateBounds<const C: usize> {
+struct RateBounds<'a, const C: usize> {
     low: [f64; C],
     high: [f64; C],
-    speed: [f64; C],
+    /// Limits of speed.
+    speed: &'a [f64],
+    /// Whether a joint is beyond a limit of position, and has to come back.
+    returning: bool,
 }
 
-impl<const C: usize> RateBounds<C> {
-    #[inline(always)]
-    fn interval(&self, i: usize) -> (f64, f64) {
-        (self.low[i].max(-self.speed[i]), self.high[i].min(self.speed[i]))
-    }
-
+impl<const C: usize> RateBounds<'_, C> {
     #[inline(always)]
     fn hold(&self, rates: &[f64]) -> bool {
-        (0..rates.len()).all(|i| {
-            let (low, high) = self.interval(i);
-            rates[i] >= low && rates[i] <= high
-        })
+        (0..rates.len()).all(|i| rates[i] >= self.low[i] && rates[i] <= self.high[i])
     }
 
     /// On the line through `alone`, the motion of the task, and `rates`, which add a free motion to it: the point within the limits nearest to
@@ -126,7 +122,7 @@ impl<const C: usize> RateBounds<C> {
     fn keep(&self, alone: &[f64], rates: &mut [f64]) {
         let (mut least, mut most) = (-FURTHEST, FURTHEST);
         for i in 0..rates.len() {
-            let (low, high) = self.interval(i);
+            let (low, high) = (self.low[i], self.high[i]);
             let more = rates[i] - alone[i];
             let (a, b) = ((low - alone[i]) / more, (high - alone[i]) / more);
             if more != 0.0 && !a.is_nan() && !b.is_nan() {
@@ -142,10 +138,10 @@ impl<const C: usize> RateBounds<C> {
             }
         }
         for i in 0..rates.len() {
-            let (low, high) = self.interval(i);
+            let (low, high) = (self.low[i], self.high[i]);
             // Numbers near the largest there are can overflow on the way: such a joint stands still.
             let wanted = slower * rates[i];
-            rates[i] = if wanted.is_finite() { wanted.clamp(low, high) } else { 0.0 };
+            rates[i] = if wanted.is_finite() { wanted } else { 0.0 }.clamp(low, high);
         }
     }
 }
@@ -277,7 +273,7 @@ impl RateSolver {
     /// Takes from the free motion, then from all, what limits have no room for.
     #[cold]
     #[inline(never)]
-    fn slow_down<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, bounds: &RateBounds<C>, rates: &mut [f64]) {
+    fn slow_down<const C: usize>(&self, q: &[f64], twist: &Row6, memory: &mut Memory, bounds: &RateBounds<'_, C>, rates: &mut [f64]) {
         // The task comes first: another share of the free motion before anything is taken from it.
         let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, memory).dq;
         bounds.keep(&alone[..rates.len()], rates);
@@ -295,28 +291,20 @@ impl RateSolver {
         if !asked.goes_astray(&taken) {
             return false;
         }
-        let interval = |i| if self.settings.limits { bounds.interval(i) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-        let (low, high) = (std::array::from_fn(|i| dt * interval(i).0), std::array::from_fn(|i| dt * interval(i).1));
+        let (low, high) = (bounds.low.map(|x| dt * x), bounds.high.map(|x| dt * x));
         let Some(dq) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping) else { return false };
         for (i, rate) in rates.iter_mut().enumerate() {
-            *rate = dq[i] / dt;
-            if self.settings.limits {
-                *rate = rate.clamp(interval(i).0, interval(i).1);
-            }
+            *rate = (dq[i] / dt).clamp(bounds.low[i], bounds.high[i]);
         }
         true
     }
 
     /// What position and speed limits leave room for within a tick.
     #[inline(always)]
-    fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<C> {
+    fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<'_, C> {
         let (limits, dt) = (self.robot.limits(), self.settings.dt);
-        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: [f64::INFINITY; C] };
-        for i in 0..q.len() {
-            out.low[i] = ((limits.q_min[i] - q[i]) / dt).min(0.0);
-            out.high[i] = ((limits.q_max[i] - q[i]) / dt).max(0.0);
-            out.speed[i] = limits.qd_max[i];
-        }
+        let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: &limits.qd_max, returning: false };
+        out.returning = self.settings.limits && speed_bounds(limits, q, dt, &mut out.low, &mut out.high);
         out
     }
 
@@ -366,6 +354,10 @@ impl Resolver for RateSolver {
         self.settings.limits
     }
 
+    fn dt(&self) -> f64 {
+        self.settings.dt
+    }
+
     /// From `q0` to a target by algorithm 3.1: iterations with the secondary task, then of the task alone until it is fulfilled. Where these lose
     /// their way at a singularity, a damped Newton from `q0` finds the target if it can be reached.
     fn solve_next(&self, target: &Target, q0: &[f64], memory: &mut Memory) -> Solution {
@@ -391,15 +383,13 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
     }
     rates[..n].copy_from_slice(&motion.dq[..n]);
     let bounds = solver.bounds::<C>(q);
-    let mut limited = false;
-    if solver.settings.limits {
-        limited = !bounds.hold(&rates[..n]);
-        if limited {
-            solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
-        }
+    let limited = !bounds.hold(&rates[..n]);
+    if limited {
+        solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
     let damped = motion.damped | solver.keep_promise(&motion, twist, &bounds, &mut rates[..n]);
     match (limited, damped, motion.complete) {
+        _ if bounds.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,
         (_, true, _) => StepStatus::Damped,
         (_, _, false) => StepStatus::TaskOnly,

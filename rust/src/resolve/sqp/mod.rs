@@ -8,6 +8,7 @@ mod step;
 use std::sync::Arc;
 
 use super::StepStatus;
+use super::bounds::speed_bounds;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
@@ -148,13 +149,10 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let wanted = directions.reduce(w, v).map(|x| dt * x);
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
     let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
-    let (mut low, mut high) = solver.box_around::<C>(q);
+    let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
     if limits {
-        let speed = &solver.robot.limits().qd_max;
-        for i in 0..n {
-            low[i] = low[i].max(-speed[i] * dt).min(0.0);
-            high[i] = high[i].min(speed[i] * dt).max(0.0);
-        }
+        returning = speed_bounds(solver.robot.limits(), q, dt, &mut low, &mut high);
+        (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
     let fraction = (gain * dt).min(1.0);
     let mut step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
@@ -169,5 +167,5 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     for i in 0..n {
         rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
     }
-    step.status
+    if returning { StepStatus::Returning } else { step.status }
 }

@@ -57,6 +57,10 @@ impl Resolver for OrthogonalSqp {
         self.settings.limits
     }
 
+    fn dt(&self) -> f64 {
+        self.settings.dt
+    }
+
     /// From `q0` to the target, then on it to a minimum of the objective: every iterate is on the target, and each is better than the one
     /// before, so that neither can spoil the other. Nothing is remembered.
     fn solve_next(&self, target: &Target, q0: &[f64], _memory: &mut Memory) -> Solution {

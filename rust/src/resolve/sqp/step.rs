@@ -33,12 +33,10 @@ const KEEPS_UP: f64 = 10.0;
 const AT_ONCE: f64 = 10.0;
 /// A joint that a unit of the free motion moves by less than this is not moved by it: no limit of it counts.
 const UNMOVED: f64 = 1e-12;
-/// A step this near to a bound, or beyond it by no more, is at it [rad or m].
+/// A step beyond a bound by no more than this part of the task's own motion is within it: less than a twist can tell.
 const AT_BOUND: f64 = 1e-12;
 /// A joint this near to a limit that a step takes it to stands at it [rad or m].
 const NEARLY_AT: f64 = 1e-3;
-/// A cut of a step by more than this is reported [rad or m].
-const CUT: f64 = 1e-9;
 
 /// What is known at a posture.
 #[derive(Debug, Clone, Copy)]
@@ -98,7 +96,8 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
         let damping = scale * NEARLY_SINGULAR * NEARLY_SINGULAR;
         out.dq = damped_step(&rows, &known.wanted, damping, n, m);
         out.status = StepStatus::Damped;
-        clip(&mut out, bounds, n);
+        let task = out.dq;
+        clip(&mut out, &task, bounds, n);
         return out;
     }
     let p = factors.pseudo_inverse();
@@ -116,7 +115,7 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     } else if !usable {
         out.status = StepStatus::TaskOnly;
     }
-    clip(&mut out, bounds, n);
+    clip(&mut out, &dv, bounds, n);
     out
 }
 
@@ -278,11 +277,12 @@ fn many_freedoms<const C: usize>(
     let mut u = [0.0; C];
     u[..r].copy_from_slice(&solution.x[..r]);
     let active = solution.active.as_slice();
-    let limited = !active.is_empty()
-        && (0..n).any(|i| {
-            let moved = dv[i] + (0..r).map(|a| reduced.basis[a][i] * u[a]).sum::<f64>();
-            moved <= bounds.low[i] + AT_BOUND || moved >= bounds.high[i] - AT_BOUND
-        });
+    // A row that the radius bounds is none of the box.
+    let limited = active.iter().any(|item| match (item.place, item.side) {
+        (Place::Row(i), Side::Lower) => rows[i].lower == bounds.low[i] - dv[i],
+        (Place::Row(i), Side::Upper) => rows[i].upper == bounds.high[i] - dv[i],
+        (Place::Bound(_), _) => false,
+    });
     let stands = |i: usize, side: Side| if side == Side::Lower { bounds.low[i] >= -NEARLY_AT } else { bounds.high[i] <= NEARLY_AT };
     let held = active.iter().fold(0, |held, item| match item.place {
         Place::Row(i) if stands(i, item.side) => held | 1 << i,
@@ -291,23 +291,24 @@ fn many_freedoms<const C: usize>(
     Some((u, limited, held))
 }
 
-/// Cuts the step to its box; a cut that matters is reported.
+/// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
 #[inline(always)]
-fn clip<const C: usize>(out: &mut NewtonStep<C>, bounds: &Bounds<C>, n: usize) {
+fn clip<const C: usize>(out: &mut NewtonStep<C>, task: &[f64; C], bounds: &Bounds<C>, n: usize) {
+    let little = AT_BOUND * task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
     // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
     let mut factor = 1.0f64;
     for i in 0..n {
         let room = if out.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
         let needed = out.dq[i].abs();
-        if needed > room + AT_BOUND && room > AT_BOUND {
+        if needed > room + little && room > little {
             factor = factor.min(room / needed);
         }
     }
     let mut cut = factor < 1.0;
     for i in 0..n {
-        let scaled = factor * out.dq[i];
-        let clamped = scaled.clamp(bounds.low[i].min(0.0), bounds.high[i].max(0.0));
-        cut |= (scaled - clamped).abs() > CUT;
+        let wanted = factor * out.dq[i];
+        let clamped = if wanted.is_nan() { 0.0 } else { wanted }.max(bounds.low[i]).min(bounds.high[i]);
+        cut |= (wanted - clamped).abs() > little;
         out.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
     }
     if cut {

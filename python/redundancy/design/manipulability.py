@@ -1,0 +1,145 @@
+"""The largest manipulability of a robot."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Manipulability, Robot
+from .._util import F64
+from ..errors import InvalidValueError
+
+__all__ = ["ManipulabilityResult", "maximum_manipulability"]
+
+_KEPT: Final = 64
+"""Starts from which the search climbs."""
+_ITERATIONS: Final = 100
+"""Steps of a climb at most."""
+_SETTLED: Final = 1e-9
+"""A climb ends where the next step is shorter than this [rad or m]."""
+_SHARES: Final = 0.5 ** np.arange(12)
+"""Parts of a Newton step that are tried."""
+_LARGEST_STEP: Final = 0.5
+"""Largest motion of a joint in one step [rad or m]."""
+_LEAST_CURVATURE: Final = 1e-6
+"""Curvatures count as at least this part of the largest."""
+
+_Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class ManipulabilityResult:
+    """A posture of largest manipulability.
+
+    Attributes
+    ----------
+    q : ndarray, shape (n,)
+        Joint coordinates [rad or m].
+    manipulability : float
+        sqrt(det(J J')) there.
+    slope : float
+        Largest derivative along a joint that a limit does not hold: 0 at a maximum.
+    at_limit : ndarray of bool, shape (n,)
+        The joints that a limit holds.
+    """
+
+    q: F64
+    manipulability: float
+    slope: float
+    at_limit: _Flags
+
+
+def maximum_manipulability(
+    robot: Robot,
+    length: float = 1.0,
+    *,
+    rows: Sequence[int] | None = None,
+    limits: bool = True,
+    starts: int = 20_000,
+    seed: int = 0,
+) -> ManipulabilityResult:
+    """Find the posture of largest manipulability, which normalises the index over all postures.
+
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    length : float
+        Divides the linear rows of the Jacobian [m]: 1 for SI units.
+    rows : sequence of int, optional
+        Rows of the Jacobian in use; all six if not given (planar robots: [2, 3, 4]).
+    limits : bool
+        Whether position limits hold.
+    starts : int
+        Random postures that are looked at, at least 1; the search climbs from the 64 best.
+    seed : int
+        Seed of the random postures.
+
+    Returns
+    -------
+    ManipulabilityResult
+        The best that was found. No proof that there is no better one: more starts, or another seed, tell.
+
+    Raises
+    ------
+    InvalidValueError
+        If a setting is out of its domain or the rows cannot be used with this robot.
+
+    Notes
+    -----
+    Newton's method with the exact Hessian in the joints that no limit holds, each curvature taken as its size, so that
+    every step climbs. A sliding joint without limits, with which the manipulability may grow without bound, is
+    searched near 0.
+
+    Examples
+    --------
+    >>> import redundancy as rd
+    >>> robot = rd.Robot.from_dh([0.7, 0.4], [0, 0], [0, 0], [0, 0])  # a1 a2 |sin q2| where only the position counts
+    >>> round(rd.maximum_manipulability(robot, rows=[3, 4], starts=100).manipulability, 6)
+    0.28
+    """
+    if starts < 1:
+        raise InvalidValueError(f"starts is {starts}, expected at least 1")
+    index, open_ended = Manipulability(length, rows=rows), np.full(robot.n, np.inf)
+    searched = robot if limits else robot.with_limits(-open_ended, open_ended, robot.qd_max, robot.qdd_max)
+    low, high = searched.q_min, searched.q_max
+    q = searched.random_postures(starts, seed)
+    q = q[np.argsort(index.evaluate_many(robot, q, 0)[0])[-_KEPT:]]
+    for _ in range(_ITERATIONS):
+        value, gradient, hessian = index.evaluate_many(robot, q, 2)
+        assert gradient is not None
+        assert hessian is not None
+        step = _newton(gradient, hessian, _held(q, gradient, low, high))
+        tried = np.clip(q + _SHARES[:, None, None] * step, low, high)
+        found = np.stack([index.evaluate_many(robot, row, 0)[0] for row in tried])
+        best = found.argmax(axis=0)
+        better = found.max(axis=0) > value
+        moved = np.abs(tried[best, np.arange(len(q))] - q).max(axis=1) * better
+        q[better] = tried[best, np.arange(len(q))][better]
+        if moved.max() < _SETTLED:
+            break
+    value, gradient = index.evaluate_many(robot, q, 1)[:2]
+    assert gradient is not None
+    k, held = int(value.argmax()), _held(q, gradient, low, high)
+    return ManipulabilityResult(q[k], float(value[k]), float(np.abs(gradient[k] * ~held[k]).max()), held[k])
+
+
+def _held(q: F64, gradient: F64, low: F64, high: F64) -> _Flags:
+    """Return which joints are at a limit that the gradient points beyond."""
+    return ((q <= low) & (gradient < 0.0)) | ((q >= high) & (gradient > 0.0))
+
+
+def _newton(gradient: F64, hessian: F64, held: _Flags) -> F64:
+    """Return a step that climbs in the joints that are not held, none of them far; no step without derivatives."""
+    free = ~held
+    slope = np.nan_to_num(gradient) * free
+    values, vectors = np.linalg.eigh(np.nan_to_num(hessian) * free[:, :, None] * free[:, None, :])
+    size = np.abs(values)
+    size = np.maximum(size, _LEAST_CURVATURE * size.max(axis=1, keepdims=True)) + np.finfo(float).tiny
+    along = np.einsum("kia,ki->ka", vectors, slope) / size
+    step: F64 = np.einsum("kia,ka->ki", vectors, along) * free
+    largest = np.abs(step).max(axis=1, keepdims=True)
+    step *= np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, np.finfo(float).tiny))
+    return step
