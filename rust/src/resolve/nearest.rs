@@ -10,11 +10,14 @@
 use crate::kinematics::sized::{Jacobian, bending, jacobian_rate};
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::symmetric::positive_part;
-use crate::linalg::vector::{add, scale};
+use crate::linalg::vector::{add, dot, scale};
 use crate::linalg::{Row6, Rows6};
 use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
 use crate::task::Directions;
 
+/// Curvature along a motion that need not count, as a part of the slope along it: a step that leaves it out goes beyond the minimum by no more than
+/// that part. From twice as much on all of it counts.
+const LITTLE: f64 = 0.5;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
 /// The same on the whole way to a stop, where half is missing at the posture from which the tool turns back.
@@ -36,8 +39,19 @@ pub(super) struct Asked<'a, const C: usize> {
 }
 
 impl<const C: usize> Asked<'_, C> {
+    /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
+    #[inline(never)]
+    pub fn part_that_counts(&self, motion: &[f64; C], slope: f64) -> f64 {
+        let (moment, force) = self.directions.expand(self.wanted);
+        let rate = jacobian_rate(self.jacobian, motion);
+        let mut curvature = 0.0;
+        for i in 0..self.jacobian.n() {
+            curvature -= motion[i] * (dot(moment, rate.w[i]) + dot(force, rate.v[i]));
+        }
+        if curvature > LITTLE * slope { (curvature / (LITTLE * slope.max(0.0)) - 1.0).min(1.0) } else { 0.0 }
+    }
+
     /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
-    #[inline(always)]
     fn missing(&self, motion: &[f64; C], share: f64) -> Row6 {
         let rate = jacobian_rate(self.jacobian, motion);
         let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
@@ -53,19 +67,13 @@ impl<const C: usize> Asked<'_, C> {
     /// Whether a motion leaves much of what is wanted.
     #[inline(never)]
     pub fn falls_short(&self, motion: &[f64; C]) -> bool {
-        length(&self.missing(motion, 1.0)) > MISSING * length(self.wanted)
+        square(&self.missing(motion, 1.0)) > MISSING * MISSING * square(self.wanted)
     }
 
-    /// The same of a motion that may be slower than wanted: as far as it goes in that direction.
+    /// Whether a motion, which may be slower than wanted, leads much elsewhere than in that direction.
     #[inline(always)]
     pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
         self.strays_by(motion, MISSING)
-    }
-
-    /// The factor that makes a motion move the tool no farther than wanted, as far as the task looks at it.
-    pub fn slower(&self, motion: &[f64; C]) -> f64 {
-        let made: Row6 = std::array::from_fn(|c| self.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum());
-        (length(self.wanted) / length(&made)).min(1.0)
     }
 
     /// Whether a motion leads farther than where the tool turns back, by the curvature of its way.
@@ -75,13 +83,20 @@ impl<const C: usize> Asked<'_, C> {
 
     #[inline(never)]
     fn strays_by(&self, motion: &[f64; C], most: f64) -> bool {
-        let whole: f64 = self.wanted.iter().map(|x| x * x).sum();
-        let mut along = 0.0;
-        for (row, x) in self.rows.iter().zip(self.wanted) {
-            along += x * (0..C).map(|i| row[i] * motion[i]).sum::<f64>();
-        }
+        let whole = square(self.wanted);
+        let along: f64 = self.made(motion).iter().zip(self.wanted).map(|(a, b)| a * b).sum();
         let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
-        share == 0.0 || length(&self.missing(motion, share)) > most * share * whole.sqrt()
+        share == 0.0 || square(&self.missing(motion, share)) > most * most * share * share * whole
+    }
+
+    /// The components of the tool's motion.
+    fn made(&self, motion: &[f64; C]) -> Row6 {
+        std::array::from_fn(|c| self.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum())
+    }
+
+    /// The factor that makes a motion move the tool no farther than wanted, as far as the task looks at it.
+    pub fn slower(&self, motion: &[f64; C]) -> f64 {
+        (square(self.wanted) / square(&self.made(motion))).sqrt().min(1.0)
     }
 
     /// The curvature of the model: minus the product of what is wanted with the second derivative of the tool's pose.
@@ -91,10 +106,10 @@ impl<const C: usize> Asked<'_, C> {
         bending(self.jacobian, scale(-1.0, moment), scale(-1.0, force))
     }
 
-    /// The motion within bounds that minimises the model, damped by `damping` times the squared size of the task's Jacobian.
+    /// The motion within bounds that minimises the model, damped by `damping` times the squared size of the task's Jacobian, and whether bounds hold it.
     #[cold]
     #[inline(never)]
-    pub fn nearest(&self, low: &[f64; C], high: &[f64; C], damping: f64) -> Option<[f64; C]> {
+    pub fn nearest(&self, low: &[f64; C], high: &[f64; C], damping: f64) -> Option<([f64; C], bool)> {
         let n = self.jacobian.n();
         let (mut h, mut g) = ([[0.0; C]; C], [0.0; C]);
         let mut size = 0.0;
@@ -113,7 +128,7 @@ impl<const C: usize> Asked<'_, C> {
         }
         let h = with_curvature(&h, self.curvature(), damping, n);
         let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: low, upper: high, rows: &[] as &[DenseRow<C>] }, &ActiveSet::default());
-        (found.status == Status::Solved).then_some(found.x)
+        (found.status == Status::Solved).then_some((found.x, found.active.len() > 0))
     }
 }
 
@@ -129,6 +144,6 @@ pub(super) fn with_curvature<const C: usize>(h: &[[f64; C]; C], curvature: [[f64
     if Cholesky::<C>::new(&left, n).is_some() { whole } else { sum(&positive_part(curvature, n)) }
 }
 
-fn length(x: &Row6) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+fn square(x: &Row6) -> f64 {
+    x.iter().map(|x| x * x).sum()
 }

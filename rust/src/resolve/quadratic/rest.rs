@@ -1,10 +1,10 @@
 //! How a tick comes to rest in front of a goal that is out of reach.
 
-use crate::resolve::bounds::fastest;
 use super::programme::{Constraints, Cost, solve};
 use super::solver::{Programme, QuadraticSolver};
 use crate::linalg::Row6;
 use crate::qp::{ActiveSet, Minimum, Status};
+use crate::resolve::bounds::fastest;
 use crate::resolve::nearest::{Asked, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
@@ -60,7 +60,9 @@ impl QuadraticSolver {
         if programme.bounds.brakes {
             return self.braked(programme, at, found, &asked, closing);
         }
-        if asked.falls_short(&found.x.map(|x| dt * x)) { self.curved(programme, at, found, &asked) } else { found }
+        let slope: f64 = programme.cost.g.iter().zip(&found.x).map(|(g, x)| -g * x).sum();
+        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
+        if part > 0.0 { self.curved(programme, at, found, &asked) } else { found }
     }
 
     #[cold]
@@ -72,15 +74,23 @@ impl QuadraticSolver {
         found: Minimum<C>,
         asked: &Asked<'_, C>,
     ) -> Minimum<C> {
-        let again = solve(&self.second_order(programme, asked, 1.0), at, programme.n, &found.active);
+        // Where rows drive a motion up the slope of the cost, its own curvature tells.
+        let bent = |row: &[f64; C]| row.iter().zip(&found.x).map(|(h, x)| h * x).sum::<f64>();
+        let own: f64 = programme.cost.h.iter().zip(&found.x).map(|(row, x)| x * bent(row)).sum();
+        let dt = programme.dt;
+        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
+        if part == 0.0 {
+            return found;
+        }
+        let again = solve(&self.second_order(programme, asked, part, 1.0), at, programme.n, &found.active);
         if again.status == Status::Solved { again } else { found }
     }
 
-    /// The second-order model of the cost of a tick that asks for the whole error, of which `share` is wanted now.
-    fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> Cost<C> {
+    /// The second-order model of the cost, with a part of its curvature, of a tick that asks for the whole error, of which `share` is wanted now.
+    fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, part: f64, share: f64) -> Cost<C> {
         let n = programme.n;
         let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
-        let curvature = asked.curvature().map(|row| row.map(|x| programme.tick.stiffness / share * x));
+        let curvature = asked.curvature().map(|row| row.map(|x| part * programme.tick.stiffness / share * x));
         Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g.map(|x| x / share) }
     }
 
@@ -112,7 +122,9 @@ impl QuadraticSolver {
             lower[i] = ((limits.q_min[i] - programme.tick.q[i]) / dt).min(0.0);
             upper[i] = ((limits.q_max[i] - programme.tick.q[i]) / dt).max(0.0);
         }
-        let free = solve(&programme.cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
+        let mut cost = Cost::<C>::of_rates(&self.settings().rate_weights[..n]);
+        cost.add_deviation(programme.tick.stiffness, asked.rows, &programme.wanted, programme.directions.dimension());
+        let free = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
         let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / free.x[i].abs()));
         let motion = std::array::from_fn(|i| self.until_rest(i, dt, slower * free.x[i]));
         let whole = asked.wanted.map(|x| x / share);
@@ -133,7 +145,7 @@ impl QuadraticSolver {
         share: f64,
     ) -> Minimum<C> {
         let (n, dt, slowing) = (programme.n, programme.dt, &self.robot.limits().qdd_max);
-        let cost = self.second_order(programme, asked, share);
+        let cost = self.second_order(programme, asked, 1.0, share);
         let lower = std::array::from_fn(|i| self.until_rest(i, dt, at.lower[i]) / dt);
         let upper = std::array::from_fn(|i| self.until_rest(i, dt, at.upper[i]) / dt);
         let mut out = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());

@@ -279,24 +279,38 @@ impl RateSolver {
         bounds.keep(&alone[..rates.len()], rates);
     }
 
-    /// Replaces rates that a tick does not keep, as in front of a goal out of reach, by those that bring the tool nearest; whether it did.
+    /// Replaces rates that lead elsewhere, as in front of a goal out of reach, by those that bring the tool nearest; whether limits hold
+    /// these.
     #[inline(always)]
-    fn keep_promise<const C: usize>(&self, motion: &Motion<C>, twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> bool {
+    fn rest<const C: usize>(&self, q: &[f64], motion: &Motion<C>, twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> Option<bool> {
         let dt = self.settings.dt;
         let (w, v) = halves(twist);
         let wanted = motion.directions.reduce(w, v).map(|x| dt * x);
         let rows = motion.directions.rows(&motion.jacobian);
         let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted };
-        let taken = std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x));
-        if !asked.goes_astray(&taken) {
-            return false;
+        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
+        if !astray(rates) || !self.strays_alone(q, twist, bounds, &astray) {
+            return None;
         }
         let (low, high) = (bounds.low.map(|x| dt * x), bounds.high.map(|x| dt * x));
-        let Some(dq) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping) else { return false };
+        let (dq, held) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping)?;
         for (i, rate) in rates.iter_mut().enumerate() {
             *rate = (dq[i] / dt).clamp(bounds.low[i], bounds.high[i]);
         }
-        true
+        Some(held)
+    }
+
+    /// Whether the motion for the task goes astray without a secondary one, which may lead the tool aside by little: the next tick makes up for that.
+    #[cold]
+    #[inline(never)]
+    fn strays_alone<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, astray: &dyn Fn(&[f64]) -> bool) -> bool {
+        if matches!(self.secondary, Secondary::None) {
+            return true;
+        }
+        let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, &mut Memory::default()).dq;
+        let mut kept = alone;
+        bounds.keep(&alone[..q.len()], &mut kept[..q.len()]);
+        astray(&kept[..q.len()])
     }
 
     /// What position and speed limits leave room for within a tick.
@@ -387,8 +401,8 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
     if limited {
         solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
-    let damped = motion.damped | solver.keep_promise(&motion, twist, &bounds, &mut rates[..n]);
-    match (limited, damped, motion.complete) {
+    let rests = solver.rest(q, &motion, twist, &bounds, &mut rates[..n]);
+    match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
         _ if bounds.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,
         (_, true, _) => StepStatus::Damped,

@@ -155,13 +155,15 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
         (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
     let fraction = (gain * dt).min(1.0);
-    let mut step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
+    let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
+    let mut step = newton_step(&known, &bounds);
     let rows = directions.rows(&columns);
     let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted };
-    if asked.goes_astray(&step.dq) {
-        if let Some(dq) = asked.nearest(&low, &high, DAMPING) {
+    // The free motion alone may lead the tool aside by little, which the next tick makes up for.
+    if asked.goes_astray(&step.dq) && asked.goes_astray(&step.task_within(&bounds, n)) {
+        if let Some((dq, held)) = asked.nearest(&low, &high, DAMPING) {
             step.dq = dq;
-            step.status = step.status.max(StepStatus::Damped);
+            step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
         }
     }
     for i in 0..n {

@@ -71,6 +71,8 @@ pub(in crate::resolve) struct Bounds<const C: usize> {
 pub(in crate::resolve) struct NewtonStep<const C: usize> {
     /// The step.
     pub dq: [f64; C],
+    /// Its part for the task alone, without regard to limits.
+    pub task: [f64; C],
     /// First-order change of the objective along the free motion: zero or below.
     pub slope: f64,
     /// Length of the objective's gradient along the free motion.
@@ -89,15 +91,15 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     let n = known.jacobian.n();
     let m = known.constraint.dimension();
     let rows = known.constraint.jacobian(known.jacobian);
-    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, gradient: 0.0, free: 0.0, held: 0, status: StepStatus::Regular };
+    let mut out = NewtonStep { dq: [0.0; C], task: [0.0; C], slope: 0.0, gradient: 0.0, free: 0.0, held: 0, status: StepStatus::Regular };
     let factors = Orthogonal::new(&rows, n, m);
     if m > n || factors.spread() < NEARLY_SINGULAR {
         let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
         let damping = scale * NEARLY_SINGULAR * NEARLY_SINGULAR;
         out.dq = damped_step(&rows, &known.wanted, damping, n, m);
         out.status = StepStatus::Damped;
-        let task = out.dq;
-        clip(&mut out, &task, bounds, n);
+        out.task = out.dq;
+        out.clip(bounds, n);
         return out;
     }
     let p = factors.pseudo_inverse();
@@ -105,7 +107,7 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     for i in 0..n {
         dv[i] = (0..m).map(|r| p[r][i] * known.wanted[r]).sum();
     }
-    out.dq = dv;
+    (out.dq, out.task) = (dv, dv);
     let objective = known.objective;
     let usable = objective.value.is_finite()
         && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
@@ -115,7 +117,7 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     } else if !usable {
         out.status = StepStatus::TaskOnly;
     }
-    clip(&mut out, &dv, bounds, n);
+    out.clip(bounds, n);
     out
 }
 
@@ -291,27 +293,36 @@ fn many_freedoms<const C: usize>(
     Some((u, limited, held))
 }
 
-/// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
-#[inline(always)]
-fn clip<const C: usize>(out: &mut NewtonStep<C>, task: &[f64; C], bounds: &Bounds<C>, n: usize) {
-    let little = AT_BOUND * task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
-    let mut factor = 1.0f64;
-    for i in 0..n {
-        let room = if out.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
-        let needed = out.dq[i].abs();
-        if needed > room + little && room > little {
-            factor = factor.min(room / needed);
+impl<const C: usize> NewtonStep<C> {
+    /// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
+    #[inline(never)]
+    pub fn clip(&mut self, bounds: &Bounds<C>, n: usize) {
+        let little = AT_BOUND * self.task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
+        let mut factor = 1.0f64;
+        for i in 0..n {
+            let room = if self.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
+            let needed = self.dq[i].abs();
+            if needed > room + little && room > little {
+                factor = factor.min(room / needed);
+            }
+        }
+        let mut cut = factor < 1.0;
+        for i in 0..n {
+            let wanted = factor * self.dq[i];
+            let clamped = if wanted.is_nan() { 0.0 } else { wanted }.max(bounds.low[i]).min(bounds.high[i]);
+            cut |= (wanted - clamped).abs() > little;
+            self.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
+        }
+        if cut {
+            self.status = StepStatus::Limited;
         }
     }
-    let mut cut = factor < 1.0;
-    for i in 0..n {
-        let wanted = factor * out.dq[i];
-        let clamped = if wanted.is_nan() { 0.0 } else { wanted }.max(bounds.low[i]).min(bounds.high[i]);
-        cut |= (wanted - clamped).abs() > little;
-        out.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
-    }
-    if cut {
-        out.status = StepStatus::Limited;
+
+    /// The part for the task alone, within its box.
+    pub fn task_within(&self, bounds: &Bounds<C>, n: usize) -> [f64; C] {
+        let mut alone = Self { dq: self.task, ..*self };
+        alone.clip(bounds, n);
+        alone.dq
     }
 }
