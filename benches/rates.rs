@@ -43,6 +43,7 @@ fn bench<const N: usize>(criterion: &mut Criterion) {
         dt: 1e-3,
         limits: true,
         iterations: 20,
+        stop: 0.0,
         correct: true,
         tolerance: 1e-12,
     };

@@ -8,8 +8,11 @@ import redundancy as rd
 from redundancy import plots
 from redundancy.cli import read_job
 from redundancy.loops import follow_without_spin
+from redundancy.plots.style import BLUE, ORANGE, STYLE, Figure, legend_beside, mpl
 
 from evidence import pages
+from evidence.leger.convergence import METHODS, history
+from evidence.leger.second_path import runs
 
 SCANNED = 84
 """The 85th point of the helix, counted from 0."""
@@ -26,6 +29,30 @@ def helix(folder: Path) -> None:
     plots.save(plots.joints_against_limits(optimised), folder / "helix_joints.png")
     plots.save(plots.spin_along_path(optimised), folder / "helix_spin.png")
     plots.save(plots.spin_scan(job.robot, optimised.q[SCANNED], length, points=7201), folder / "spin_scan_85.png")
+
+
+def small_helix(folder: Path) -> None:
+    """Draw the condition number along the path of appendix A: spin fixed, best from point to point."""
+    fixed, best, *_ = runs(read_job(pages.SMALL_HELIX_JOB)).values()
+    plots.save(plots.condition_along_path(best, fixed), folder / "helix_small_condition.png")
+    plots.save(plots.joints_against_limits(best), folder / "helix_small_joints.png")
+
+
+def convergence(folder: Path) -> None:
+    """Draw how both methods come to the posture of minimum condition number, evaluation by evaluation."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 3.2), layout="constrained")
+        axes = figure.subplots()
+        for method, name, colour in zip(METHODS, ("Newton", "BFGS"), (BLUE, ORANGE), strict=True):
+            for eliminate, line in ((True, "-"), (False, "--")):
+                way = history(method, eliminate)
+                label = f"{name},\nlength {'in closed form' if eliminate else 'a variable'}"
+                axes.plot(way.evaluations, way.gradient, line, color=colour, marker="o", markersize=3.0, label=label)
+        axes.set_yscale("log")
+        axes.set_xlabel("evaluations")
+        axes.set_ylabel(r"$|\nabla\kappa_F^2|$")
+        legend_beside(axes)
+        plots.save(figure, folder / "minimum_convergence.png")
 
 
 def postures(folder: Path) -> None:
@@ -46,7 +73,9 @@ def main(arguments: list[str]) -> int:
     """Draw every picture."""
     folder = pages.folder_of(arguments)
     helix(folder)
+    small_helix(folder)
     postures(folder)
+    convergence(folder)
     return 0
 
 

@@ -9,6 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 IMAGES = DOCS / "img"
 HELIX_JOB = ROOT / "examples" / "helix_milling.toml"
+SMALL_HELIX_JOB = ROOT / "examples" / "helix_small.toml"
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Axes, Figure, mpl, save
 
 from evidence.huo import cases as huo
-from evidence.huo.runs import SPHERE, puma_solver, run, tilted, unresolved, weight_grid, welding
+from evidence.huo.runs import SPHERE, parts, puma_solver, run, tilted, unresolved, welding
 
 F64 = NDArray[np.float64]
 COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, BLACK)
@@ -22,8 +22,8 @@ def draw(folder: Path) -> None:
             "huo_puma": _methods(huo.puma_pipe()),
             "huo_sphere": _methods(huo.m16ib_sphere_edge()),
             "huo_cylinders": _welding(),
-            "huo_weights": _trade(),
             "huo_tilted": _tilted(),
+            "huo_parts": _parts(),
         }.items():
             save(figure, folder / f"{name}.svg")
 
@@ -53,8 +53,8 @@ def _welding() -> Figure:
     figure = Figure(figsize=(6.5, 6.5), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     index = rd.SingularityParameter(1.0)
-    shown = ["Test I", "Test II", "Test III", "Test IV, `self_adapt`", "`dynamic_adapt`", "SQP"]
-    for name, color in zip(shown, COLORS, strict=True):
+    shown = [name for name in welding() if name.startswith("Test")]
+    for name, color in zip(shown, COLORS, strict=False):
         trajectory = welding()[name]
         curves = (*np.rad2deg(trajectory.q[:, [5, 3]]).T, index.evaluate_many(trajectory.robot, trajectory.q, 0)[0])
         for panel, curve in zip(panels, curves, strict=True):
@@ -69,38 +69,35 @@ def _welding() -> Figure:
 
 
 def _tilted() -> Figure:
-    """Draw joints 4 to 6 for the tests of chapter 6."""
-    figure = Figure(figsize=(6.5, 6.5), layout="constrained")
-    panels = figure.subplots(3, 1, sharex=True)
-    shown = [name for name in tilted() if "iterations" not in name]
-    for name, color in zip(shown, COLORS, strict=False):
-        trajectory = tilted()[name]
-        for panel, joint in zip(panels, (3, 4, 5), strict=True):
-            _over_time(panel, trajectory, np.rad2deg(trajectory.q[:, joint]), color, name.replace("`", ""))
-    robot = next(iter(tilted().values())).robot
-    for panel, joint in zip(panels, (3, 4, 5), strict=True):
+    """Draw joints 4 to 6 and the speed of joint 4 for the tests of chapter 6 (Fig. 6.5 to 6.9)."""
+    figure = Figure(figsize=(6.5, 8.0), layout="constrained")
+    panels = figure.subplots(4, 1, sharex=True)
+    found = {name: trajectory for name, trajectory in tilted().found.items() if name in "ABC"}
+    for (name, trajectory), color in zip(found.items(), COLORS, strict=False):
+        for panel, joint in zip(panels[:3], (3, 4, 5), strict=True):
+            _over_time(panel, trajectory, np.rad2deg(trajectory.q[:, joint]), color, f"Test {name}")
+        assert trajectory.joint_speed is not None
+        _over_time(panels[3], trajectory, np.rad2deg(trajectory.joint_speed[:, 3]), color, name)
+    robot = found["A"].robot
+    for panel, joint in zip(panels[:3], (3, 4, 5), strict=True):
         for limit in np.rad2deg([robot.q_min[joint], robot.q_max[joint]]):
             panel.axhline(limit, color=GREY, linewidth=1.0, linestyle=":")
         panel.set(ylabel=f"joint {joint + 1} [deg]")
         panel.yaxis.set_major_locator(mpl.ticker.MultipleLocator(60.0 if joint == 4 else 180.0))
-    panels[2].set(xlabel="time [s]")
+    panels[3].set(xlabel="time [s]", ylabel="joint 4 [deg/s]")
     panels[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.align_ylabels()
     return figure
 
 
-def _trade() -> Figure:
-    """Draw what the weights of joint 6 can reach: its range and the smallest manipulability, as shares of Test II's."""
-    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+def _parts() -> Figure:
+    """Draw the three parts of (4.10) along Test C (Fig. 6.10)."""
+    figure = Figure(figsize=(6.5, 3.4), layout="constrained")
     axes = figure.subplots()
-    for iterations, color, marker in ((1, BLUE, "o"), (2, ORANGE, "s"), (3, GREEN, "^"), (20, PURPLE, "x")):
-        shares = weight_grid(iterations).reshape(-1, 2)
-        label = f"{iterations} iteration{'s' * (iterations > 1)}"
-        axes.plot(shares[:, 0], shares[:, 1], marker, markersize=3.5, color=color, label=label)
-    axes.plot(0.21, 2.479, "*", color=BLACK, markersize=11.0, label="printed")
-    axes.fill_between([0.0, 0.25], 2.4, 40.0, color=GREY, alpha=0.25, linewidth=0.0)
-    axes.set(xlabel="range of joint 6 / that of Test II", ylabel="smallest manipulability / that of Test II")
-    axes.set(yscale="log", xlim=(0.0, 2.6), ylim=(0.05, 40.0))
+    for norms, color, name in zip(parts(tilted()).T, COLORS, ("task", "limits", "singularity"), strict=False):
+        # What is not there is not drawn: a logarithm has no zero.
+        _over_time(axes, tilted().found["C"], np.where(norms > 0.0, norms, np.nan), color, name)
+    axes.set(xlabel="time [s]", ylabel="norm in the first iteration [rad]", yscale="log", ylim=(1e-4, 0.3))
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from redundancy import weights
 from redundancy.loops import Solver
 from redundancy.weights.pointwise import PointwiseSolver
-from redundancy.weights.setting import setting
+from redundancy.weights.setting import THRESHOLD, setting
 
 from evidence.huo import cases as huo
 
 F64 = NDArray[np.float64]
 Method = Callable[..., rd.RateSolver]
 
-ITERATIONS = 2
-"""Steps a point for the tests of chapters 4 and 5."""
+ITERATIONS = 20
+"""Iterations a point with the pull; printed for Table 3.2 alone."""
 
 EVEN = np.full(6, 0.01)
 """The starting weights (3.32), (4.13), (5.5)."""
@@ -35,6 +35,9 @@ def sixth(value: float) -> F64:
     return changed
 
 
+AROUND, C_SING = 30, -0.5
+"""How far Test C changes c_sing around the critical instant, and to what (section 6.3.3)."""
+
 TEST_III = (sixth(0.03), sixth(0.05))  # (4.15), (4.16)
 TEST_IV = (sixth(0.0483), sixth(0.0256))  # (5.8), (5.9)
 
@@ -49,15 +52,55 @@ def unresolved(case: huo.Case) -> rd.Trajectory:
     return run(rd.ResolvedRate(case.robot, rd.Task.full(), limits=False), case)
 
 
-def twist_run(case: huo.Case, w: F64, k: F64 | None, iterations: int = ITERATIONS) -> rd.Trajectory:
-    """Follow with the twist decomposition and constant weights."""
-    return run(rd.TwistDecomposition(case.robot, case.task, rd.PosturePull(w, k), iterations=iterations), case)
+def twist(case: huo.Case, w: F64, k: F64 | None, iterations: int = ITERATIONS, stop: float = 0.0) -> rd.RateSolver:
+    """Return the twist decomposition with constant weights."""
+    return rd.TwistDecomposition(case.robot, case.task, rd.PosturePull(w, k), iterations=iterations, stop=stop)
 
 
-def adapt(case: huo.Case, iterations: int = ITERATIONS) -> weights.WeightSearch:
-    """Adapt the starting weights to a case."""
-    robot, path, task, start = case.robot, case.path, case.task, case.start
-    return weights.self_adapt(robot, path, task, EVEN, EVEN, start=start, iterations=iterations, progress=False)
+def from_start(solver: rd.RateSolver, case: huo.Case, start: F64 | None = None) -> rd.Trajectory:
+    """Follow the path of a case with the start on its first point, where `follow` alone would let the pull act too."""
+    path, q = case.path, case.start if start is None else start
+    assert path.rotation is not None
+    assert path.time is not None
+    head, rest = (
+        rd.Toolpath(path.position[part], path.axis[part], path.rotation[part], path.time[part])
+        for part in (slice(0, 1), slice(1, None))
+    )
+    there, found = run(solver.with_objective(None), case, head, q), run(solver, case, rest, q)
+
+    def both(name: str) -> F64:
+        return np.concatenate([getattr(there, name), getattr(found, name)])
+
+    return dataclasses.replace(
+        found,
+        path=path,
+        q=both("q"),
+        condition_number=both("condition_number"),
+        value=both("value"),
+        position_error=both("position_error"),
+        axis_error=both("axis_error"),
+        status=there.status + found.status,
+    )
+
+
+def settled(solver: rd.RateSolver, case: huo.Case) -> rd.Trajectory:
+    """Follow a path of closed turns from the posture in which its first turn ends: the arbitrary start is forgotten."""
+    return from_start(solver, case, from_start(solver, case).q[(len(case.path) - 1) // huo.TURNS])
+
+
+@cache
+def adapt(
+    build: Callable[[], huo.Case],
+    iterations: int = ITERATIONS,
+    joints: tuple[int, ...] | None = None,
+    max_runs: int = 100,
+) -> weights.WeightSearch:
+    """Adapt the starting weights to the case that a function builds."""
+    case = build()
+    given = (case.robot, case.path, case.task, EVEN, EVEN)
+    return weights.self_adapt(
+        *given, joints=joints, start=case.start, iterations=iterations, max_runs=max_runs, progress=False
+    )
 
 
 def condition_and_limits(case: huo.Case, limits: bool = True) -> rd.OrthogonalSQP:
@@ -100,6 +143,16 @@ def mean_errors(case: huo.Case, method: Method, points: int, share: float) -> tu
     return errors[:, 1:].mean(axis=1), errors[:, points + 1 :].mean(axis=1)
 
 
+def until_accurate(method: Method, case: huo.Case) -> rd.Trajectory:
+    """Follow until a point is within 1 mm and 0.01 rad (Table 3.4): one iteration with the pull, then of the task."""
+    return run(method(case.robot, case.task, SPHERE, iterations=1, length=0.1, tolerance=0.01), case)
+
+
+def until_still(method: Method, case: huo.Case, stop: float) -> rd.Trajectory:
+    """Follow by algorithm 3.1 with its own stop, a joint motion shorter than epsilon."""
+    return run(method(case.robot, case.task, SPHERE, iterations=1000, stop=stop, correct=False), case)
+
+
 def step_time(method: Method) -> float:
     """Return the median time of a step in 2000 random postures [ns]."""
     case, out, spent = huo.m16ib_sphere_edge(), np.empty(6), []
@@ -114,7 +167,10 @@ def step_time(method: Method) -> float:
 
 @dataclasses.dataclass(frozen=True)
 class Measures:
-    """What Table 4.1 tells of a trajectory: rad, 1, m^3, deg/s, rad, m."""
+    """What Tables 4.1 and 6.1 tell of a trajectory: rad, 1, m^3, deg/s, rad, m.
+
+    Speeds are the largest from a point to the next, without the first, which leads away from an arbitrary start.
+    """
 
     low: float
     high: float
@@ -123,15 +179,13 @@ class Measures:
     singularity: float
     speed_6: float
     speed_4: float
-    orientation: float
-    position: float
 
     @classmethod
     def of(cls, found: rd.Trajectory) -> "Measures":
         """Measure a trajectory; condition number, manipulability and w_ps with length 1."""
         robot, q, speed = found.robot, found.q, found.joint_speed
         assert speed is not None
-        fastest = np.rad2deg(np.abs(speed)).max(axis=0)
+        fastest = np.rad2deg(np.abs(speed[1:])).max(axis=0)
         return cls(
             float(q[:, 5].min()),
             float(q[:, 5].max()),
@@ -140,8 +194,6 @@ class Measures:
             float(rd.SingularityParameter(1.0).evaluate_many(robot, q, 0)[0].max()),
             float(fastest[5]),
             float(fastest[3]),
-            float(found.axis_error.max()),
-            float(found.position_error.max()),
         )
 
     @property
@@ -149,84 +201,94 @@ class Measures:
         """Motion range of joint 6 [rad]."""
         return self.high - self.low
 
+    def against(self, other: "Measures") -> tuple[float, float]:
+        """Return the range of joint 6 and the smallest manipulability as shares of those of another trajectory."""
+        return self.range_6 / other.range_6, self.manipulability / other.manipulability
 
-@cache
-def welding() -> dict[str, rd.Trajectory]:
-    """Follow the intersection of the cylinders in every way that is compared."""
-    case = huo.m710_cylinders()
-    dynamic = weights.dynamic_adapt(
-        case.robot, case.path, case.task, start=case.start, iterations=ITERATIONS, progress=False
-    )
-    pull = rd.PosturePull(EVEN, EVEN)
+
+def welded(case: huo.Case, iterations: int = ITERATIONS, stop: float = 0.0) -> dict[str, rd.Trajectory]:
+    """Weld the cylinders as in Tests I to IV, with the printed weights."""
+    given = (iterations, stop)
     return {
-        "no resolution": unresolved(case),
-        "virtual joint": run(rd.VirtualJoint(case.robot, case.task, pull, iterations=ITERATIONS), case),
-        "Test I": twist_run(case, EVEN, None),
-        "Test II": twist_run(case, EVEN, EVEN),
-        "Test III": twist_run(case, *TEST_III),
-        "Test IV, printed weights": twist_run(case, *TEST_IV),
-        "Test IV, `self_adapt`": adapt(case).trajectory,
-        "`dynamic_adapt`": dynamic.trajectory,
-        "SQP": run(condition_and_limits(case), case),
+        "Test I": from_start(twist(case, EVEN, None, *given), case),
+        "Test II": from_start(twist(case, EVEN, EVEN, *given), case),
+        "Test III": from_start(twist(case, *TEST_III, *given), case),
+        "Test IV, printed weights": settled(twist(case, *TEST_IV, *given), case),
     }
 
 
-def share(new: weights.Performance | Measures, old: weights.Performance | Measures) -> tuple[float, float]:
-    """Return the range of joint 6 and the smallest manipulability as shares of those of another trajectory."""
-    ranges = [m.range_6 if isinstance(m, Measures) else m.ranges[5] for m in (new, old)]
-    return ranges[0] / ranges[1], new.manipulability / old.manipulability
+def self_adapted(iterations: int = ITERATIONS) -> rd.Trajectory:
+    """Weld the cylinders as in Test IV, with the weights that `self_adapt` finds."""
+    case, found = huo.m710_cylinders(), adapt(huo.m710_cylinders, iterations)
+    return settled(twist(case, found.w, found.k, iterations), case)
 
 
 @cache
-def weight_grid(iterations: int) -> F64:
-    """Return the shares, against Test II, of weights of joint 6 on a grid: (16 w, 16 k, 2)."""
+def welding() -> dict[str, rd.Trajectory]:
+    """Weld the cylinders in every way that is compared."""
     case = huo.m710_cylinders()
-    grid = np.concatenate([[0.0], np.geomspace(0.001, 1.0, 15)])
-    before = weights.Performance.of_trajectory(twist_run(case, EVEN, EVEN, iterations))
-    runs = [twist_run(case, sixth(w), sixth(k), iterations) for w in grid for k in grid]
-    shares = [share(weights.Performance.of_trajectory(found), before) for found in runs]
-    return np.array(shares).reshape(16, 16, 2)
+    pull = rd.PosturePull(EVEN, EVEN)
+    dynamic = weights.dynamic_adapt(case.robot, case.path, case.task, start=case.start, progress=False)
+    return {
+        "no resolution": unresolved(case),
+        "virtual joint": from_start(rd.VirtualJoint(case.robot, case.task, pull, iterations=ITERATIONS), case),
+        **welded(case),
+        "Test IV, `self_adapt`": self_adapted(),
+        "`dynamic_adapt`": dynamic.trajectory,
+    }
 
 
-def other_tools(number: int = 40) -> F64:
-    """Return the shares of self-adapted weights with random tools parallel to axis 6, (number, 2)."""
-    case = huo.m710_cylinders()
-    bare, rng = rd.robots.get("fanuc_m710ic50"), np.random.default_rng(0)
-    shares: list[tuple[float, float]] = []
-    while len(shares) < number:
-        tool = np.eye(4)
-        tool[:3, 3] = rng.uniform([-0.5, 0.0, 0.0], [0.5, 0.0, 0.5])
-        robot = bare.with_tool(tool)
-        # The posture on the first rotation that is nearest to the middle.
-        solver = rd.OrthogonalSQP(robot, rd.Task.full(), rd.JointLimits())
-        start, _, status, _ = solver.solve(case.path.targets(rd.Task.full())[0])
-        if status == "unreachable":
-            continue
-        found = weights.self_adapt(
-            robot, case.path, case.task, start=start, iterations=ITERATIONS, max_runs=60, progress=False
-        )
-        first = found.history[0].performance
-        if first.unreachable == found.performance.unreachable == 0:
-            shares.append(share(found.performance, first))
-    return np.array(shares)
+@dataclasses.dataclass(frozen=True)
+class Tilted:
+    """Tests A to C, and what is known of C."""
+
+    found: dict[str, rd.Trajectory]
+    critical: int
+    """The instant of a turn at which B is fastest, counted from 0."""
+    solver: PointwiseSolver
+    """That of C, with its weights at every point."""
 
 
 @cache
-def tilted() -> dict[str, rd.Trajectory]:
-    """Follow the intersection of the cylinders with the tool of section 6.3."""
-    case = huo.m710_cylinders(np.pi / 3)
-    found = {}
-    for iterations, note in ((3, ", 3 iterations"), (20, "")):
-        found["A" + note] = twist_run(case, EVEN, EVEN, iterations)
-        made = setting(case.robot, case.path, case.task, EVEN, EVEN, case.start, 5.0, iterations)
-        none = np.zeros(len(case.path))
-        found["B" + note] = run(PointwiseSolver(made, weights.WeightFunctions(), none, none), case)
+def tilted() -> Tilted:
+    """Weld the cylinders with the tool of section 6.3."""
+    case = huo.m710_tilted()
+    turn, none = (len(case.path) - 1) // huo.TURNS, np.zeros(len(case.path))
+    made = setting(case.robot, case.path, case.task, EVEN, EVEN, case.start, THRESHOLD, ITERATIONS)
+    b = run(PointwiseSolver(made, weights.WeightFunctions(), none, none), case)
+    critical = int(np.abs(np.diff(b.q[:, 3])).argmax()) % turn
     lowered = none.copy()
-    lowered[54:115] = lowered[187:248] = -0.5
-    found["C as printed"] = run(PointwiseSolver(made, weights.WeightFunctions(), none, lowered), case)
+    for first in (0, turn):
+        lowered[first + critical - AROUND : first + critical + AROUND + 1] = C_SING
+    solver = PointwiseSolver(made, weights.WeightFunctions(), none, lowered)
     slow = weights.Criteria(speed=np.deg2rad(30.0))
     adapted = weights.dynamic_adapt(
-        case.robot, case.path, case.task, criteria=slow, start=case.start, iterations=20, progress=False
+        case.robot, case.path, case.task, criteria=slow, start=case.start, max_rounds=40, progress=False
     )
-    found["C by `dynamic_adapt`"] = adapted.trajectory
-    return found
+    found = {
+        "A": run(twist(case, EVEN, EVEN), case),
+        "B": b,
+        "C": run(solver, case),
+        "`dynamic_adapt`": adapted.trajectory,
+    }
+    return Tilted(found, critical, solver)
+
+
+def parts(c: Tilted) -> F64:
+    """Return the norms of the three parts of (4.10), in the first iteration on the way to each point of C, (N, 3)."""
+    found, solver = c.found["C"], c.solver
+    robot, targets = found.robot, found.path.targets(solver.task)
+    index = rd.SingularityParameter(1.0)
+    error = rd.OrthogonalSQP(robot, solver.task, rd.JointLimits(), limits=False).error
+    norms = np.full((len(found), 3), np.nan)
+    for i, target in enumerate(targets[1:], 1):
+        q = found.q[i - 1]
+        held = None if np.isnan(solver.held[i]).any() else solver.held[i]
+        # Both pulls are shortened alike where they would pass the mean of what they pull to.
+        both = solver.w[i] + (0.0 if held is None else solver.k[i] * index.evaluate(robot, q, 0))
+        share = 1.0 / np.maximum(both, 1.0)
+        moved = weights.displacements(
+            robot, solver.task, q, error(q, target), share * solver.w[i], share * solver.k[i], held
+        )
+        norms[i] = np.linalg.norm(moved, axis=1)
+    return norms

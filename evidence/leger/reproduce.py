@@ -1,30 +1,37 @@
-"""The figures of Leger (2014) beside those of this package: ``python -m evidence.leger.reproduce [--check]``.
+"""The figures of Leger (2014) beside those of this package: ``python -m evidence.leger.reproduce [--write] [--check]``.
 
-Prints the table of docs/reproduction_leger.md. With --check it also tells, by its exit status, whether the pages show
-what their programs print.
+Prints the tables of docs/reproduction_leger.md. With --write it puts them into the page; with --check it also tells, by
+its exit status, whether the pages show what their programs print.
 """
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 import redundancy as rd
-from numpy.typing import NDArray
 from redundancy import plots
 from redundancy.cli import read_job
 
 from evidence import flops, pages
-
-F64 = NDArray[np.float64]
-Row = tuple[str, str, str, str]
+from evidence.leger import second_path
+from evidence.leger.cases import (
+    F64,
+    FANUC,
+    FIRST_POINT,
+    QUASI_NEWTON,
+    QUASI_NEWTON_LENGTH,
+    START,
+    START_LENGTH,
+    Row,
+    angle_to,
+    bound,
+    in_degrees,
+    printed_axis,
+)
+from evidence.leger.convergence import METHODS, convergence, history
+from evidence.leger.sums import sums
 
 PAGE = pages.DOCS / "reproduction_leger.md"
-
-FANUC = rd.robots.get("fanuc_m710ic50_milling")
-START = np.deg2rad([0.0, 20.0, -20.0, 0.0, -90.0, 0.0])  # (4.3)
-START_LENGTH = 0.2985933  # (4.4)
-QUASI_NEWTON = np.deg2rad([0.0, 0.4424, -35.7223, 0.0, -118.5801, 0.0])  # (4.35)
-QUASI_NEWTON_LENGTH = 0.4855933
-FIRST_POINT = np.deg2rad([29.9052, 23.2777, 0.9907, -56.6009, -83.3305, 102.7566])  # (4.37)
 SCANNED = 84
 """The 85th point, counted from 0."""
 
@@ -48,7 +55,7 @@ def minimum_posture() -> list[Row]:
         ("Table 4-2", "the same, the length one more variable", "67", f"{variable.evaluations}"),
         ("Table 4-2", "evaluations, quasi-Newton", "238", f"{bfgs.evaluations}"),
         ("Table 4-2", "gradient of kappa_F^2, norm, at the quasi-Newton posture", "", f"{there:.1e}"),
-        ("Table 4-2", "the same at the Newton-Raphson posture", "", _bound(here)),
+        ("Table 4-2", "the same at the Newton-Raphson posture", "", bound(here)),
         ("4.1", "rms distance of the axes at the start [mm]", "298.5933", first),
         ("4.1", "rms distance of the axes at the quasi-Newton posture [mm]", "242.7693", last),
     ]
@@ -58,21 +65,6 @@ def slope(q: F64, length: float) -> float:
     """Return the norm of the gradient of kappa_F^2 over the joints and the length."""
     index = rd.ConditionNumber(length, squared=True)
     return float(np.linalg.norm(index.evaluate(FANUC, q, order=1, with_length=True)[1]))
-
-
-def _bound(value: float) -> str:
-    """Round what is rounding alone, so that the page is the same on every machine."""
-    return "below 1e-11" if value < 1e-11 else f"{value:.0e}"
-
-
-def printed_axis(q: F64) -> F64:
-    """Return the axis of (4.33) as appendix A builds it: e_6 turned by -60 deg about -((e_5 x e_6) x e_6)."""
-    e5, e6 = FANUC.jacobian(q)[:3, 4:].T
-    y = -np.cross(np.cross(e5, e6), e6)
-    y /= np.linalg.norm(y)
-    angle = np.deg2rad(-60.0)
-    axis: F64 = np.cos(angle) * e6 + np.sin(angle) * np.cross(y, e6) + (1 - np.cos(angle)) * (y @ e6) * y
-    return axis
 
 
 def first_point(path: rd.Toolpath) -> list[Row]:
@@ -86,11 +78,10 @@ def first_point(path: rd.Toolpath) -> list[Row]:
         slopes = [(constraints(q + h * unit) - constraints(q - h * unit)) / (2 * h) for unit in np.eye(6)]
         q = q - np.linalg.pinv(np.stack(slopes, axis=1)) @ constraints(q)
     moved = f"the same, moved by {np.abs(np.rad2deg(q - FIRST_POINT)).max():.0e} onto the target (4.36)"
-    off = np.rad2deg(np.arccos(FANUC.fk(FIRST_POINT)[:3, 2] @ path.axis[0]))
-    printed = ", ".join(f"{x:.4f}" for x in np.rad2deg(FIRST_POINT))
+    off = angle_to(FANUC.fk(FIRST_POINT)[:3, 2], path.axis[0])
     kappa = rd.ConditionNumber(QUASI_NEWTON_LENGTH).evaluate(FANUC, FIRST_POINT, order=0)
     return [
-        ("(4.37)", "joints [deg], axis as printed", printed, moved),
+        ("(4.37)", "joints [deg], axis as printed", in_degrees(FIRST_POINT), moved),
         ("(4.37)", "kappa_F there", "", f"{kappa:.4f}"),
         ("(4.37)", "error of the axis there, tool fixed to the flange [deg]", "0", f"{off:.1f}"),
     ]
@@ -108,7 +99,7 @@ def helix() -> list[Row]:
         ("Fig. 4-7", "kappa_F of the first point", "", f"{found.condition_number[0]:.5f}"),
         ("Fig. 4-7", "largest kappa_F (printed: 17.42, 6 times it)", f"{17.42 / 6:.3f}", largest),
         ("Fig. 4-7", "mean kappa_F", "", f"{found.mean_condition_number:.5f}"),
-        ("Fig. 4-7", "largest error of position [m] and axis [rad]", "", _bound(errors)),
+        ("Fig. 4-7", "largest error of position [m] and axis [rad]", "", bound(errors)),
         ("4.2.3", "joint limits [deg]", "not considered", margin),
         *spin_scan(found.q[SCANNED], job.path.axis[SCANNED]),
     ]
@@ -135,29 +126,36 @@ def spin_scan(q: F64, axis: F64) -> list[Row]:
 
 
 def costs() -> list[Row]:
-    """Compare the operations of (3.36) and (3.48a)."""
+    """Compare the operations of (3.36) and (3.48a), and what a minimisation takes of them."""
     ledger = flops.count()
     gradient = ledger.upto("value", "gradient")
     hessian = ledger.upto("value", "gradient", "Hessian")
+    newton, bfgs = (int(history(method, eliminate=True).evaluations[-1]) for method in METHODS)
     return [
+        ("Table 4-2", "operations of all evaluations, Newton-Raphson", "1594300", f"{newton * hessian}"),
+        ("Table 4-2", "operations of all evaluations, quasi-Newton", "419500", f"{bfgs * gradient}"),
         ("(3.36)", "operations, gradient", f"{flops.THESIS['gradient']}", f"{gradient}"),
         ("(3.48a)", "operations, Hessian", f"{flops.THESIS['Hessian']}", f"{hessian}"),
     ]
 
 
-def table() -> str:
+def comparison() -> str:
     """Return the comparison as a Markdown table."""
-    return pages.table(("where", "what", "printed", "computed"), (*minimum_posture(), *helix(), *costs()))
+    rows = (*minimum_posture(), *helix(), *second_path.start(), *costs())
+    return pages.table(("where", "what", "printed", "computed"), rows)
+
+
+SECTIONS: tuple[Callable[[], str], ...] = (comparison, convergence, second_path.small_helix, sums)
 
 
 def main(arguments: list[str]) -> int:
-    """Print the table; with --check, compare it with the page."""
-    text = table()
-    sys.stdout.write(text + "\n")
+    """Print the tables; with --write, put them into the page; with --check, compare with the pages."""
+    shown = [(section.__name__, section()) for section in SECTIONS]
+    pages.show(PAGE, shown, "--write" in arguments)
     if "--check" not in arguments:
         return 0
-    shown = [(PAGE, text), (pages.DOCS / "indices.md", flops.table(flops.count()))]
-    return 1 if pages.stale(shown) else 0
+    texts = [(PAGE, pages.marked(name, text)) for name, text in shown]
+    return 1 if pages.stale([*texts, (pages.DOCS / "indices.md", flops.table(flops.count()))]) else 0
 
 
 if __name__ == "__main__":

@@ -80,6 +80,18 @@ class PathSolution(NamedTuple):
     status: list[str]
     iterations: int
 
+class Constraint(NamedTuple):
+    h: _F64
+    jacobian: _F64
+    null: _F64
+
+class SolveHistory(NamedTuple):
+    q: _F64
+    value: _F64
+    gradient: _F64
+    step: _F64
+    evaluations: NDArray[np.int64]
+
 class QPSolution(NamedTuple):
     x: _F64
     status: str
@@ -511,6 +523,7 @@ class TwistDecomposition(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -532,6 +545,7 @@ class ResolvedRate(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -553,6 +567,7 @@ class GradientProjection(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -574,6 +589,7 @@ class WeightedInverse(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -595,6 +611,7 @@ class TaskPriority(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -616,6 +633,7 @@ class Householder(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -637,6 +655,7 @@ class Elimination(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -658,6 +677,7 @@ class VirtualJoint(RateSolver):
         dt: float = 1e-3,
         limits: bool = True,
         iterations: int = 20,
+        stop: float = 0.0,
         correct: bool = True,
         tolerance: float = 1e-12,
         weights: ArrayLike | None = None,
@@ -701,6 +721,8 @@ class OrthogonalSQP:
     def step_status(self) -> str: ...
     def reset(self) -> None: ...
     def error(self, q: ArrayLike, target: ArrayLike) -> _F64: ...
+    def constraint(self, q: ArrayLike, target: ArrayLike) -> Constraint: ...
+    def history(self, target: ArrayLike, q0: ArrayLike) -> SolveHistory: ...
     def twist_to(self, q: ArrayLike, target: ArrayLike) -> _F64: ...
     def solve(self, target: ArrayLike, q0: ArrayLike | None = None, starts: int = 24, seed: int = 0) -> Solution: ...
     def follow_chunk(self, targets: ArrayLike, q0: ArrayLike) -> PathSolution: ...
@@ -715,7 +737,7 @@ def minimum_condition_posture(
     rows: Sequence[int] | None,
     tolerance: float,
     max_iterations: int,
-) -> tuple[_F64, float, float, int, int, str]: ...
+) -> tuple[_F64, float, float, int, int, str, _F64]: ...
 def characteristic_length(robot: Robot, q: ArrayLike, rows: Sequence[int] | None = None) -> float: ...
 def rms_length(robot: Robot, q: ArrayLike) -> float: ...
 def planar_tetrahedron(robot: Robot, q: ArrayLike, length: float) -> dict[str, Any]: ...

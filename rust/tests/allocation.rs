@@ -182,6 +182,7 @@ fn rate_methods() {
             dt: 1e-3,
             limits: true,
             iterations: 5,
+            stop: 0.0,
             correct: true,
             tolerance: 1e-12,
         };

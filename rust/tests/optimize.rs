@@ -98,8 +98,22 @@ fn both(name: &str, f: Test, start: &[f64]) -> [Minimum; 2] {
         );
         assert!(gradient.amax() <= 1e-6, "{name} {method}: gradient {gradient}");
         assert!(value <= f(&DVector::from_column_slice(start)).0);
+        history_leads_there(f, start, minimum);
     }
     [newton, quasi]
+}
+
+/// From the start down to the minimum, each point with the evaluations that it took.
+fn history_leads_there(f: Test, start: &[f64], minimum: &Minimum) {
+    let (value, gradient, _) = f(&DVector::from_column_slice(start));
+    let (first, last) = (minimum.history[0], minimum.history[minimum.history.len() - 1]);
+    assert_eq!((first.evaluations, first.value, first.gradient), (1, value, gradient.norm()));
+    assert_eq!(last.value, minimum.value);
+    assert!(last.evaluations <= minimum.evaluations && minimum.history.len() <= minimum.iterations + 1);
+    for pair in minimum.history.windows(2) {
+        assert!(pair[1].evaluations > pair[0].evaluations);
+        assert!(pair[1].value <= pair[0].value + 8.0 * f64::EPSILON * pair[0].value.abs());
+    }
 }
 
 #[test]

@@ -166,6 +166,7 @@ fn rate_trial(subject: &Subject, rng: &mut Rng, q: &[f64], twist: &[f64; 6], tar
         dt: 1e-3,
         limits: rng.below(2) == 0,
         iterations: 2,
+        stop: 0.0,
         correct: rng.below(8) == 0,
         tolerance: 1e-9,
     };

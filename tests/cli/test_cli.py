@@ -1,5 +1,6 @@
 """The command line: what it prints against the library, what it leaves behind, and one line for every error."""
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -24,6 +25,20 @@ def test_solve(tmp_path: Path) -> None:
     np.testing.assert_allclose(content["columns"]["condition_number"], wanted, atol=1e-6)
     assert f"{max(wanted):.5f}" in result.output
     assert "21 of 21" in result.output
+
+
+@pytest.mark.parametrize("command", ["solve", "plan"])
+def test_output_of_the_flange(tmp_path: Path, command: str) -> None:
+    for frame in ("tool", "flange"):
+        asked = job(tmp_path, JOB + f'[output]\nframe = "{frame}"\n')
+        result = run(command, asked, "--out", tmp_path / frame, "--no-pictures")
+        assert result.exit_code == 0, result.output
+    robot = rd.robots.get("fanuc_m710ic50_milling")
+    for frame, model in (("tool", robot), ("flange", robot.with_tool(np.eye(4)))):
+        written = rd.Trajectory.read(tmp_path / frame / "trajectory.json")
+        dataclasses.replace(written, robot=model).write(tmp_path / "expected.pathx")
+        expected = (tmp_path / "expected.pathx").read_text(encoding="utf-8")
+        assert (tmp_path / frame / "trajectory.pathx").read_text(encoding="utf-8") == expected
 
 
 def test_solve_draws(tmp_path: Path) -> None:
@@ -52,6 +67,8 @@ def test_solve_with_a_path_of_its_own(tmp_path: Path) -> None:
         ('"fanuc_m710ic50_milling"', '"none.toml"', "none.toml"),
         ('"fanuc_m710ic50_milling"', "3", "robot"),
         ("[objective]", "[objective", r"job.toml:\d+:\d+: "),
+        ("[objective]", '[output]\nframe = "base"\n[objective]', 'output.frame: .*"tool" or "flange"'),
+        ("[objective]", '[output]\nfrom = "tool"\n[objective]', r"output\.from: unknown key; did you mean frame"),
         ("485.5933", "-1.0", "length"),
         ("485.5933", "nan", "length_mm"),
         ("485.5933", '"x"', "length_mm"),

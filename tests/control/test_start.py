@@ -240,7 +240,7 @@ def test_tolerance_and_turns_end_the_search() -> None:
     case = CASES["m710_cylinders"]
     one = cyclic_start(pulled(case), case.path, case.start, turns=1, progress=False)
     assert (one.closed, len(one.gap)) == (False, 1)
-    wide = cyclic_start(pulled(case), case.path, case.start, tolerance=2.0, progress=False)
+    wide = cyclic_start(pulled(case), case.path, case.start, tolerance=2.0 * max(one.gap), progress=False)
     assert (wide.closed, len(wide.gap)) == (True, 1)
     np.testing.assert_array_equal(one.q0, wide.q0)
 

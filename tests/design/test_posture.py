@@ -77,10 +77,32 @@ def test_random_starts_do_not_beat_the_thesis(fanuc: rd.Robot) -> None:
     assert found.condition_number == pytest.approx(float(BEST["kappa_frobenius_normalised"]), rel=1e-10)
 
 
+@pytest.mark.parametrize("eliminate", [True, False])
+@pytest.mark.parametrize("method", ["newton", "bfgs"])
+def test_history_goes_down_to_the_minimum(fanuc: rd.Robot, method: Literal["newton", "bfgs"], eliminate: bool) -> None:
+    found = rd.minimum_condition_posture(fanuc, START, method=method, length0=LENGTH0, eliminate=eliminate)
+    history = found.history
+    length = rd.characteristic_length(fanuc, START) if eliminate else LENGTH0
+    value, gradient = rd.ConditionNumber(length, squared=True).evaluate(fanuc, START, order=1, with_length=True)
+    gradient[-1] *= length  # over the logarithm
+    assert history.condition_number[0] == pytest.approx(np.sqrt(value), rel=1e-13)
+    assert history.gradient[0] == pytest.approx(np.linalg.norm(gradient), rel=1e-10)
+    assert history.condition_number[-1] == found.condition_number
+    assert (np.diff(history.condition_number) <= 1e-14).all()
+    assert history.evaluations[0] == 1
+    assert (np.diff(history.evaluations) >= 1).all()
+    assert history.evaluations[-1] <= found.evaluations
+    assert len(history.gradient) <= found.iterations + 1
+    if method == "newton":
+        # Quadratic at the end: every gradient is at most a constant times the square of the one before.
+        last = history.gradient[history.gradient > 1e-11]
+        assert last[-1] < 1e-2 * last[-2]
+
+
 @pytest.mark.parametrize("method", ["newton", "bfgs"])
 def test_singular_start_is_a_status(fanuc: rd.Robot, method: Literal["newton", "bfgs"]) -> None:
     singular = np.array([0.0, 0.3, -0.3, 0.2, 0.0, 0.4])
-    q, _, kappa, _, _, status = _core.minimum_condition_posture(
+    q, _, kappa, _, _, status, _ = _core.minimum_condition_posture(
         fanuc, singular, None, None, method, True, None, 1e-9, 100
     )
     assert status == "singular start"
@@ -94,6 +116,7 @@ def test_singular_start_is_a_status(fanuc: rd.Robot, method: Literal["newton", "
 def test_out_of_iterations_is_a_status(fanuc: rd.Robot) -> None:
     found = rd.minimum_condition_posture(fanuc, START, max_iterations=1)
     assert found.status == "out of iterations"
+    assert len(found.history.evaluations) <= 2
     index = rd.ConditionNumber(found.length)
     assert index.evaluate(fanuc, found.q, order=0) == pytest.approx(found.condition_number, rel=1e-12)
 

@@ -1,13 +1,16 @@
 """Files of trajectories: every format parsed back, nothing written by half."""
 
 import csv
+import dataclasses
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import redundancy as rd
+from scipy.spatial.transform import Rotation
 
 from tests.reference.chain import F64
 from tests.reference.helix import PATH, ROBOT
@@ -59,6 +62,46 @@ def test_pathx(trajectory: rd.Trajectory, tmp_path: Path) -> None:
         np.testing.assert_allclose(_rx(a) @ _ry(b) @ _rz(c), tools[point, :3, :3], atol=1e-7)
         speed = 1000 * np.hypot(0.25, 0.5 / np.pi) * np.pi / 2 / 10
         assert float(match[3]) == pytest.approx(speed, rel=1e-2)
+
+
+def poses(file: Path) -> tuple[F64, F64]:
+    """Positions [m] and rotations of a file, by an XML parser and scipy's rotations."""
+    moves = [move.text or "" for move in ElementTree.parse(file).iterfind("./operation[@id='1']/m")]
+    numbers = np.array([[float(word) for word in move.split()[1:7]] for move in moves])
+    return numbers[:, :3] / 1000.0, Rotation.from_euler("XYZ", numbers[:, 3:], degrees=True).as_matrix()
+
+
+@pytest.mark.parametrize("lever", [0.0, 0.3])
+def test_pathx_of_the_flange(trajectory: rd.Trajectory, tmp_path: Path, lever: float) -> None:
+    tool = ROBOT.tool.copy()
+    tool[:3, 3] = [0.1 * lever, -lever, lever]
+    longer = dataclasses.replace(trajectory, robot=ROBOT.with_tool(tool))
+    for frame in ("tool", "flange"):
+        longer.write(tmp_path / f"{frame}.pathx", frame)
+    position, rotation = poses(tmp_path / "flange.pathx")
+    # The last frame of the chain, from the DH table alone.
+    dh = ROBOT.dh
+    assert dh is not None
+    bare = rd.Robot.from_dh(dh["a"], dh["d"], dh["alpha"], dh["theta"]).fk(trajectory.q)
+    np.testing.assert_allclose(position, bare[:, :3, 3], atol=1e-9)
+    np.testing.assert_allclose(rotation, bare[:, :3, :3], atol=1e-7)
+    # With the tool on it, it is the tool frame.
+    tip, turned = poses(tmp_path / "tool.pathx")
+    np.testing.assert_allclose(position + rotation @ tool[:3, 3], tip, atol=1e-7)
+    np.testing.assert_allclose(rotation @ tool[:3, :3], turned, atol=1e-7)
+    if lever == 0.0:
+        # As in appendix A: the tip, turned as the last frame of the table; the milling axis leans by 120 degrees there.
+        np.testing.assert_allclose(position, PATH.position, atol=1e-8)
+        np.testing.assert_allclose(rotation @ [np.sqrt(0.75), 0.0, -0.5], PATH.axis, atol=1e-7)
+
+
+def test_frames_that_a_file_does_not_have(trajectory: rd.Trajectory, tmp_path: Path) -> None:
+    for ending in ("csv", "json"):
+        with pytest.raises(rd.InvalidValueError, match=rf"frame is 'flange', expected 'tool' for a \.{ending} file"):
+            trajectory.write(tmp_path / f"t.{ending}", "flange")
+    with pytest.raises(rd.InvalidValueError, match="frame is 'base', expected 'tool' or 'flange'"):
+        trajectory.write(tmp_path / "t.pathx", "base")  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
 
 
 def _rx(t: float) -> F64:

@@ -67,6 +67,8 @@ WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "damping": (lambda: rd.Householder(FANUC, AXIAL, damping=1.0), rd.InvalidValueError, "damping is 1"),
     "dt": (lambda: rd.Householder(FANUC, AXIAL, dt=np.inf), rd.InvalidValueError, "dt is inf"),
     "iterations": (lambda: rd.Householder(FANUC, AXIAL, iterations=0), rd.InvalidValueError, "iterations is 0"),
+    "negative stop": (lambda: rd.Householder(FANUC, AXIAL, stop=-1e-3), rd.InvalidValueError, r"stop is -0\.001"),
+    "NaN stop": (lambda: rd.VirtualJoint(FANUC, AXIAL, stop=NAN), rd.InvalidValueError, "stop is NaN"),
     "tolerance": (lambda: rd.Householder(FANUC, AXIAL, tolerance=NAN), rd.InvalidValueError, "tolerance is NaN"),
     "weights": (
         lambda: rd.WeightedInverse(FANUC, AXIAL, weights=[1.0] * 5),

@@ -8,6 +8,8 @@ import redundancy as rd
 
 from tests.resolve.rates import AXIAL, F64, METHODS, TORCH, Q, circle
 
+START = np.array([0.3, 0.4, -0.5, 0.6, 0.9, 0.2])
+
 
 @pytest.mark.parametrize("name", METHODS)
 def test_follow(name: str) -> None:
@@ -45,6 +47,36 @@ def test_follow_without_correction(name: str) -> None:
     assert trajectory.unreachable == np.flatnonzero(worst > 1e-9).tolist()
     errors = np.linalg.norm(TORCH.fk(trajectory.q)[:, :3, 3] - path.position, axis=1)
     np.testing.assert_allclose(trajectory.position_error, errors, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_stop_of_algorithm_3_1(name: str) -> None:
+    """Lines 9 to 11: the first motion shorter than epsilon ends the iterations and is not made."""
+    pull, epsilon = rd.PosturePull(np.full(6, 0.1)), 1e-3
+    target = circle().targets(METHODS[name](TORCH, AXIAL).task)[0]
+
+    def after(iterations: int, **stop: float) -> Any:
+        solver = METHODS[name](TORCH, AXIAL, pull, iterations=iterations, correct=False, **stop)
+        return solver.solve(target, START)
+
+    q = np.stack([START, *(after(i).q for i in range(1, 120))])
+    motions = np.linalg.norm(np.diff(q, axis=0), axis=1)
+    short = int(np.argmax(motions < epsilon))
+    assert motions[short] < epsilon <= motions[:short].min()
+    found = after(119, stop=epsilon)
+    # The motion that was too short counts as an iteration: it had to be found.
+    assert found.iterations == short + 1
+    np.testing.assert_allclose(found.q, q[short], rtol=0, atol=1e-13)
+    # Where no motion is so short, and without a stop, all of them are made.
+    assert after(short, stop=epsilon).iterations == short
+    assert after(119, stop=0.0).iterations == after(119).iterations == 119
+
+
+def test_corrections_follow_a_stop() -> None:
+    pull, target = rd.PosturePull(np.full(6, 0.1)), circle().targets()[0]
+    found = rd.TwistDecomposition(TORCH, AXIAL, pull, iterations=500, stop=0.05).solve(target, START)
+    assert found.status == "on target"
+    assert found.iterations < 60
 
 
 def test_gain_is_for_step_and_relaxation_for_iterations() -> None:

@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 import redundancy as rd
-from redundancy import weights
 
 from evidence.huo import cases as huo
 from evidence.huo import runs
 
-CASES = ("puma_pipe", "m16ib_sphere_edge", "m710_cylinders", "m710_rectangle", "m16ib_oblique", "tilted")
+CASES = ("puma_pipe", "m16ib_sphere_edge", "m710_cylinders", "m710_tilted", "m710_rectangle", "m16ib_oblique")
 METHODS = (
     rd.TwistDecomposition,
     rd.GradientProjection,
@@ -24,8 +23,7 @@ METHODS = (
 
 @pytest.fixture(scope="module")
 def cases() -> dict[str, Any]:
-    built = {build.__name__: build() for build in huo.BUILDERS}
-    return {**built, "tilted": huo.m710_cylinders(np.pi / 3)}
+    return {build.__name__: build() for build in huo.BUILDERS}
 
 
 # --- PUMA -------------------------------------------------------------------------------------------------------------
@@ -147,51 +145,83 @@ def test_sphere_edge_stays_within_limits_with_twist_decomposition(cases: dict[st
     assert found.limit_margin > 0.3
 
 
-def test_cylinders_stay_within_limits(cases: dict[str, Any]) -> None:
-    assert runs.unresolved(cases["m710_cylinders"]).limit_margin < -1.0
+# --- Tests I to IV ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def measured() -> dict[str, runs.Measures]:
+    return {name: runs.Measures.of(found) for name, found in runs.welding().items()}
+
+
+def test_weld_stays_within_limits(cases: dict[str, Any]) -> None:
     for name, found in runs.welding().items():
         assert not found.unreachable, name
         assert (found.limit_margin > 0.0) == (name != "no resolution"), name
+    start = [runs.welding()[f"Test {i}"].q[0] for i in ("I", "II", "III")]
+    np.testing.assert_allclose(start, np.broadcast_to(cases["m710_cylinders"].start, (3, 6)), rtol=0, atol=1e-9)
 
 
-def test_second_test_is_better_than_the_first() -> None:
-    one, two = (runs.Measures.of(runs.welding()[f"Test {i}"]) for i in ("I", "II"))
-    assert two.kappa < 0.7 * one.kappa
-    assert two.manipulability > 1.5 * one.manipulability
-    assert two.singularity < 0.65 * one.singularity
-    assert two.speed_4 < 0.75 * one.speed_4
+def test_printed_weights_have_both_gains_of_test_iv(measured: dict[str, runs.Measures]) -> None:
+    share, times = measured["Test IV, printed weights"].against(measured["Test II"])
+    assert share <= 0.25  # 1.157 / 8.77 = 13 % in print
+    assert times >= 2.35  # 2.479 in print
 
 
-def test_heuristic_weights_reduce_the_range_of_joint_6_alone() -> None:
-    two, three = (runs.Measures.of(runs.welding()[f"Test {i}"]) for i in ("II", "III"))
-    four = runs.Measures.of(runs.welding()["Test IV, printed weights"])
-    assert four.range_6 < three.range_6 < 0.8 * two.range_6
-    # The page says that this improvement of the thesis does not appear.
-    assert three.singularity > two.singularity
+def test_self_adapted_weights_have_both_gains_of_test_iv(measured: dict[str, runs.Measures]) -> None:
+    share, times = measured["Test IV, `self_adapt`"].against(measured["Test II"])
+    assert share <= 0.25
+    assert times >= 2.35
 
 
-def test_adapted_weights_raise_the_manipulability() -> None:
-    two = runs.Measures.of(runs.welding()["Test II"])
-    four = runs.Measures.of(runs.welding()["Test IV, `self_adapt`"])
-    assert four.manipulability > 2.4 * two.manipulability
-    assert four.singularity < 0.5 * two.singularity
+def test_every_printed_improvement_appears(measured: dict[str, runs.Measures]) -> None:
+    one, two, three = (measured[f"Test {i}"] for i in ("I", "II", "III"))
+    four = measured["Test IV, printed weights"]
+    assert four.range_6 < three.range_6 < two.range_6 < one.range_6
+    assert four.singularity < three.singularity < two.singularity < one.singularity
+    assert four.manipulability > three.manipulability > two.manipulability > one.manipulability
+    assert two.speed_4 < 0.5 * one.speed_4  # 74 to 22 deg/s in print
 
 
-def test_sqp_reaches_the_least_condition_number() -> None:
-    found = {name: t.condition_number for name, t in runs.welding().items()}
-    assert found["SQP"].max() < min(kappa.max() for name, kappa in found.items() if name != "SQP")
+PRINTED_RANGES = {"Test I": 9.77, "Test II": 8.77, "Test III": 5.69, "Test IV, printed weights": 1.157}
+PRINTED_KAPPAS = {"Test I": 163.0, "Test II": 56.0, "Test III": 31.0}
+
+
+def test_sizes_are_those_of_table_4_1(measured: dict[str, runs.Measures]) -> None:
+    for name, printed in PRINTED_RANGES.items():
+        assert measured[name].range_6 == pytest.approx(printed, rel=0.15), name
+    for name, printed in PRINTED_KAPPAS.items():
+        assert measured[name].kappa == pytest.approx(printed, rel=0.3), name
+    assert measured["Test IV, printed weights"].manipulability == pytest.approx(0.0732, rel=0.05)
+
+
+def test_turns_of_test_iv_repeat() -> None:
+    q = runs.welding()["Test IV, printed weights"].q
+    np.testing.assert_allclose(q[133:], q[:134], rtol=0, atol=1e-3)
+
+
+def test_a_stop_of_algorithm_3_1_leaves_orientation_errors_as_printed(cases: dict[str, Any]) -> None:
+    # 0.0013 rad in print, for a threshold that is not; with one of 0.002 rad the errors are of that size.
+    case = cases["m710_cylinders"]
+    pull = rd.PosturePull(runs.EVEN)
+    stopped = rd.TwistDecomposition(case.robot, case.task, pull, iterations=200, stop=2e-3, correct=False)
+    found = runs.from_start(stopped, case)
+    assert 3e-4 < found.axis_error.max() < 3e-3
+    assert found.iterations < 30 * len(found)
+
+
+# --- tools ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("name", "lie", "joints", "improved"),
     [
         ("m710_rectangle", "perpendicular", {3, 4}, 3),
-        ("m710_cylinders", "parallel", {3, 5}, 3),
+        ("m710_cylinders", "parallel", {3, 5}, 5),
         ("m16ib_oblique", "oblique", {3, 5}, 3),
     ],
 )
-def test_three_lies_of_the_tool(cases: dict[str, Any], name: str, lie: str, joints: set[int], improved: int) -> None:
-    found = runs.adapt(cases[name])
+def test_three_lies_of_the_tool(name: str, lie: str, joints: set[int], improved: int) -> None:
+    found = runs.adapt(getattr(huo, name))
     before, after = found.history[0].performance, found.performance
     assert found.sensitivity.case == lie
     assert set(found.sensitivity.joints) == joints
@@ -203,14 +233,54 @@ def test_three_lies_of_the_tool(cases: dict[str, Any], name: str, lie: str, join
     assert after.manipulability > before.manipulability
 
 
-def test_dynamic_adaptation_of_the_tilted_tool() -> None:
-    found: dict[str, Any] = runs.tilted()
-    a, b, c = (found[name] for name in ("A", "B", "C by `dynamic_adapt`"))
-    assert a.limit_margin < 0.0  # joint 5, as in section 6.3.1
-    assert a.margins[:, 4].min() < -np.deg2rad(10.0)
-    assert b.limit_margin > 0.5
-    speeds = [np.rad2deg(np.abs(t.joint_speed).max()) for t in (b, c)]
-    assert speeds[0] > 60.0
-    assert speeds[1] < 30.0
-    assert c.limit_margin > 0.5
-    assert weights.Performance.of_trajectory(c).singularity < 20.0
+def test_pairs_of_weights_that_are_named() -> None:
+    # Test 2 of Table 5.1.
+    found = runs.adapt(huo.m16ib_oblique, joints=(4, 5))
+    before, after = found.history[0].performance, found.performance
+    assert found.sensitivity.joints == (4, 5)
+    assert not before.within_limits
+    assert after.within_limits
+    assert after.manipulability > 2.0 * before.manipulability
+
+
+def test_tests_a_to_c() -> None:
+    found = runs.tilted().found
+    a, b, c, adapted = (found[name] for name in ("A", "B", "C", "`dynamic_adapt`"))
+    assert a.margins.min(axis=0).argmin() == 4  # joint 5, as in section 6.3.1
+    assert a.limit_margin < 0.0
+    assert abs(runs.tilted().critical - 84) < 10
+    two, three, four = (runs.Measures.of(x) for x in (b, c, adapted))
+    assert two.speed_4 > 70.0
+    assert two.speed_6 > 50.0
+    for slower, trajectory in ((three, c), (four, adapted)):
+        assert slower.speed_4 < 0.5 * two.speed_4
+        assert slower.speed_6 < 0.25 * two.speed_6
+        assert slower.singularity < two.singularity
+        assert trajectory.limit_margin > 0.2
+    assert b.limit_margin > 0.2
+
+
+def test_parts_of_test_c() -> None:
+    c, solver = runs.tilted().found["C"], runs.tilted().solver
+    norms = runs.parts(runs.tilted())[1:]
+    assert np.isfinite(norms).all()
+    assert (norms[:, :2] > 0.0).all()
+    singular = rd.SingularityParameter(1.0).evaluate_many(c.robot, c.q, 0)[0][:-1] >= 5.0
+    # Where the threshold is passed the robot is at the posture that it holds.
+    passed = singular & ~np.concatenate([[False], singular[:-1]])
+    np.testing.assert_array_equal(norms[:, 2] > 0.0, singular & ~passed)
+    np.testing.assert_array_equal(np.isnan(solver.held[1:, 0]), ~singular)
+
+
+# --- iterations -------------------------------------------------------------------------------------------------------
+
+
+def test_iterations_of_table_3_4() -> None:
+    # About 4400 points: each is within 1 mm and 0.01 rad after one iteration.
+    case = huo.m16ib_sphere_edge(2200)
+    for method in (rd.TwistDecomposition, rd.VirtualJoint):
+        found = runs.until_accurate(method, case)
+        assert len(found) <= found.iterations <= 4809
+        assert found.position_error.max() < 1e-3
+        assert found.axis_error.max() < 1e-2
+        assert runs.until_still(method, case, 1e-3).iterations > 2 * len(found)

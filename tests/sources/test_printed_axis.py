@@ -11,7 +11,7 @@ import pytest
 import redundancy as rd
 from numpy.typing import NDArray
 
-from evidence.leger.reproduce import printed_axis
+from evidence.leger.cases import printed_axis
 
 F64 = NDArray[np.float64]
 

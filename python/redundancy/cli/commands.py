@@ -93,7 +93,7 @@ def solve(job: Path, out: Path, pictures: bool) -> None:
     _check_reached(job, optimised)
     fixed = follow_without_spin(optimised, asked.objective) if asked.task.kind == "axisymmetric" else None
     seconds = (middle - start, perf_counter() - middle)
-    files = write_results(out, optimised, fixed, pictures and _can_draw())
+    files = write_results(out, optimised, fixed, asked.frame, pictures and _can_draw())
     _print(results_table(optimised, fixed, seconds))
     click.echo(f"written to {out}: {', '.join(files)}")
 
@@ -124,7 +124,7 @@ def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> No
         # Every place of a spare joint is a map of its own.
         angles = _ANGLES if asked.robot.n == 6 else _ANGLES // 5
         chart = map_job(asked, angles) if pictures and asked.task.kind == "axisymmetric" else None
-        files = write_plan(out, planned, chart, asked.objective_name, pictures)
+        files = write_plan(out, planned, chart, asked, pictures)
     _print(plan_table(planned, asked.objective_name, seconds))
     if failure is not None:
         _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {failure}; nothing written", 1)

@@ -28,13 +28,16 @@
     limits = true
     branch_changes = false
     warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
+
+    [output]
+    frame = "tool"                       # whose poses RobotMaster gets; or "flange"
 """
 
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -47,17 +50,18 @@ from .._core import (
 )
 from ..design import minimum_condition_posture
 from ..errors import RedundancyError
-from ..files import Table, read_document
+from ..files import FRAMES, Table, read_document
 from ..paths import Toolpath, path_of_table
 from .plan_table import PlanTable, read_plan
 
+Frame: TypeAlias = Literal["tool", "flange"]
 _KINDS: Final = Objective.kinds()
 _WEIGHTS: Final = (*_KINDS, *(f"{name}_squared" for name, of_jacobian in _KINDS.items() if of_jacobian))
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a job file asks for; ``objective_name`` is the objective in words."""
+    """What a job file asks for; ``objective_name`` is the objective in words, ``frame`` what poses are written of."""
 
     file: Path
     robot: Robot
@@ -66,6 +70,7 @@ class Job:
     task: Task
     path: Toolpath
     plan: PlanTable
+    frame: Frame
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job."""
@@ -98,14 +103,15 @@ def read_job(file: str | Path) -> Job:
     """
     file = Path(file)
     document = read_document(file)
-    document.only("robot", "objective", "task", "path", "plan")
+    document.only("robot", "objective", "task", "path", "plan", "output")
     robot = robots.find(document.text("robot"), file.parent)
     task = _task(document.table("task"))
     path = path_of_table(document.table("path"), file)
     length, weights = _objective(document.table("objective"))
     plan = read_plan(document.table("plan"), robot, file.parent)
+    frame = _frame(document.table("output"))
     try:
-        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan)
+        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan, frame)
         # What does not fit together shows here, while the file is known.
         job.solver()
         path.targets(task)
@@ -155,6 +161,11 @@ def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
     return table.length("length"), {key: weights.number(key) for key in weights.data} or {
         "condition_number_squared": 1.0
     }
+
+
+def _frame(table: Table) -> Frame:
+    table.only("frame")
+    return cast("Frame", table.text("frame", FRAMES[0], FRAMES))
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:

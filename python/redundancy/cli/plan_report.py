@@ -91,7 +91,7 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
     return rows
 
 
-def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objective: str, pictures: bool) -> list[str]:
+def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Job, pictures: bool) -> list[str]:
     """Write a plan in every format, and its pictures.
 
     Parameters
@@ -102,8 +102,8 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objecti
         What is written.
     chart : RedundancyMap or None
         Drawn, with the spin of the plan, if there is one.
-    objective : str
-        What the map's values are, in words.
+    job : Job
+        What was asked for.
     pictures : bool
         Whether to draw.
 
@@ -120,7 +120,7 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objecti
         If there is no matplotlib to draw with.
     """
     with whole_files(folder) as (temporary, names):
-        write_formats(temporary, planned)
+        write_formats(temporary, planned, job.frame)
         if pictures:
             figures = {
                 "condition": plots.condition_along_path(planned),
@@ -128,7 +128,7 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, objecti
             }
             if chart is not None:
                 figures["spin"] = plots.spin_along_path(planned)
-                figures["map"] = _figure(chart, objective, [MapLine(chart.spin_of(planned))])
+                figures["map"] = _figure(chart, job.objective_name, [MapLine(chart.spin_of(planned))])
             save_figures(temporary, figures)
     return names
 

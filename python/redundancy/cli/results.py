@@ -11,6 +11,7 @@ from .. import plots
 from .._util import progress_bar
 from ..files import whole_files
 from ..paths import Trajectory
+from .job import Frame
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +83,9 @@ ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {
 }
 
 
-def write_results(folder: Path, optimised: Trajectory, fixed: Trajectory | None, pictures: bool) -> list[str]:
+def write_results(
+    folder: Path, optimised: Trajectory, fixed: Trajectory | None, frame: Frame, pictures: bool
+) -> list[str]:
     """Write the trajectory in every format, and its pictures.
 
     Parameters
@@ -93,6 +96,8 @@ def write_results(folder: Path, optimised: Trajectory, fixed: Trajectory | None,
         What is written.
     fixed : Trajectory or None
         Drawn beside it.
+    frame : {"tool", "flange"}
+        Whose poses the files of poses hold.
     pictures : bool
         Whether to draw.
 
@@ -109,16 +114,17 @@ def write_results(folder: Path, optimised: Trajectory, fixed: Trajectory | None,
         If there is no matplotlib to draw with.
     """
     with whole_files(folder) as (temporary, names):
-        write_formats(temporary, optimised)
+        write_formats(temporary, optimised, frame)
         if pictures:
             _draw(temporary, optimised, fixed)
     return names
 
 
-def write_formats(folder: Path, trajectory: Trajectory) -> None:
-    """Write a trajectory in every format."""
-    for ending in ("csv", "json", "pathx"):
+def write_formats(folder: Path, trajectory: Trajectory, frame: Frame) -> None:
+    """Write a trajectory in every format, poses as those of a frame."""
+    for ending in ("csv", "json"):
         trajectory.write(folder / f"trajectory.{ending}")
+    trajectory.write(folder / "trajectory.pathx", frame)
 
 
 def save_figures(folder: Path, figures: dict[str, "Figure"]) -> None:

@@ -1,7 +1,10 @@
 """Postures chosen for their own sake, and what they tell about a robot."""
 
+from .accuracy import error_bounds
+from .isotropy import Isotropy, isotropy
 from .manipulability import ManipulabilityResult, maximum_manipulability
 from .posture import (
+    Convergence,
     PlanarTetrahedron,
     PostureResult,
     characteristic_length,
@@ -10,10 +13,14 @@ from .posture import (
 )
 
 __all__ = [
+    "Convergence",
+    "Isotropy",
     "ManipulabilityResult",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
+    "error_bounds",
+    "isotropy",
     "maximum_manipulability",
     "minimum_condition_posture",
     "planar_tetrahedron",

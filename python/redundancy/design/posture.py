@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from .._util import F64, checked, progress_bar
 from ..errors import InvalidValueError
 
 __all__ = [
+    "Convergence",
     "PlanarTetrahedron",
     "PostureResult",
     "characteristic_length",
@@ -23,6 +24,27 @@ __all__ = [
 
 _SINGULAR = 1e6
 """Condition number from which a posture is no start for a minimisation."""
+
+
+class Convergence(NamedTuple):
+    """The points that a minimisation went through: the start and every point that a step was taken to, k altogether.
+
+    Newton's last step, too short to change the value, is taken without an evaluation and is not among them.
+
+    Attributes
+    ----------
+    evaluations : ndarray, shape (k,)
+        Evaluations of the function and its derivatives up to each point, refused steps and line searches included.
+    condition_number : ndarray, shape (k,)
+        kappa_F.
+    gradient : ndarray, shape (k,)
+        Norm of the gradient of kappa_F^2 over the joints [1/rad or 1/m]; with ``eliminate=False`` also over the
+        logarithm of the length.
+    """
+
+    evaluations: F64
+    condition_number: F64
+    gradient: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +67,8 @@ class PostureResult:
         "newton" or "bfgs".
     within_limits : bool
         Whether the posture is within the robot's position limits, which the minimisation does not consider.
+    history : Convergence
+        The points that the start that was best went through.
     """
 
     q: F64
@@ -55,6 +79,7 @@ class PostureResult:
     status: str
     method: str
     within_limits: bool
+    history: Convergence = field(repr=False)
 
 
 def minimum_condition_posture(
@@ -121,12 +146,13 @@ def minimum_condition_posture(
     first = _first_start(robot, postures[:32], rows) if q0 is None else checked("q0", q0, (robot.n,))
 
     def run(start: F64) -> PostureResult:
-        q, best_length, condition, iterations, evaluations, status = _core.minimum_condition_posture(
+        q, best_length, condition, iterations, evaluations, status, passed = _core.minimum_condition_posture(
             robot, start, length, length0, method, eliminate, rows, tolerance, max_iterations
         )
         q = _brought_inside(robot, q)
         within = bool(((robot.q_min <= q) & (q <= robot.q_max)).all())
-        return PostureResult(q, best_length, condition, iterations, evaluations, status, method, within)
+        history = Convergence(*passed.T)
+        return PostureResult(q, best_length, condition, iterations, evaluations, status, method, within, history)
 
     # The core releases the GIL, so threads are enough.
     results = []

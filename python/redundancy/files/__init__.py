@@ -4,15 +4,15 @@ from .path_table import path_source, read_document
 from .text import Fault
 from .toml import Table, parse_toml
 from .toolpaths import read_toolpath, write_toolpath
-from .trajectories import FORMATS as TRAJECTORY_FORMATS
-from .trajectories import TrajectoryColumns, read_trajectory
+from .trajectories import FRAMES, TrajectoryColumns, formatted, read_trajectory
 from .whole import whole_files, write_atomically
 
 __all__ = [
-    "TRAJECTORY_FORMATS",
+    "FRAMES",
     "Fault",
     "Table",
     "TrajectoryColumns",
+    "formatted",
     "parse_toml",
     "path_source",
     "read_document",

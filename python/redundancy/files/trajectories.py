@@ -11,12 +11,14 @@ import numpy as np
 
 from .._core import Robot
 from .._util import F64
-from ..errors import ToolpathError
+from ..errors import InvalidValueError, ToolpathError
 from .text import fault_in, parse_json, read_text
 
 POINT: Final = ("x_m", "y_m", "z_m", "i", "j", "k")
 WORTH: Final = ("condition_number", "objective", "position_error_m", "axis_error_rad")
 TIME: Final = "t_s"
+FRAMES: Final = ("tool", "flange")
+"""Whose poses a file of poses may hold."""
 _Content: TypeAlias = tuple[dict[str, list[Any]], list[str], dict[str, Any]]
 
 
@@ -263,13 +265,14 @@ def to_json(trajectory: Written) -> str:
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
 
-def to_pathx(trajectory: Written) -> str:
-    """Return the path file of RobotMaster (Leger 2014, appendix A); see `Trajectory.write`."""
-    tools = trajectory.robot.fk(trajectory.q)
-    angles = np.round(180.0 / np.pi * euler_xyz(tools[:, :3, :3]), 6)
+def to_pathx(trajectory: Written, frame: str = FRAMES[0]) -> str:
+    """Return the path file of RobotMaster (Leger 2014, appendix A), one of `FRAMES` in it; see `Trajectory.write`."""
+    robot = trajectory.robot
+    poses = (robot if frame == "tool" else robot.with_tool(np.eye(4))).fk(trajectory.q)
+    angles = np.round(180.0 / np.pi * euler_xyz(poses[:, :3, :3]), 6)
     # One name for a half turn, whichever side of it rounding falls on; and no "-0".
     angles = np.where(angles == -180.0, 180.0, angles) + 0.0
-    position = np.round(1000.0 * tools[:, :3, 3], 6) + 0.0
+    position = np.round(1000.0 * poses[:, :3, 3], 6) + 0.0
     speed = trajectory.path.speed
     feed = np.zeros(len(trajectory)) if speed is None else 1000.0 * speed
     out = StringIO()
@@ -320,3 +323,35 @@ def _finite(value: float) -> float | None:
 
 
 FORMATS: Final[dict[str, Callable[[Written], str]]] = {".csv": to_csv, ".json": to_json, ".pathx": to_pathx}
+
+
+def formatted(trajectory: Written, file: Path, frame: str) -> str:
+    """Return a trajectory as the text of a file; see `Trajectory.write`.
+
+    Parameters
+    ----------
+    trajectory : Written
+        What is written.
+    file : Path
+        Its ending tells the format.
+    frame : str
+        One of `FRAMES`; other than the first for ``.pathx`` alone.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Raises
+    ------
+    InvalidValueError
+        If there is no such format or frame, or that format does not have that frame.
+    """
+    ending = file.suffix.lower()
+    if ending not in FORMATS:
+        raise InvalidValueError(f"format of {str(file)!r} is unknown, expected one of {', '.join(FORMATS)}")
+    poses = ending == ".pathx"
+    known = FRAMES if poses else FRAMES[:1]
+    if frame not in known:
+        raise InvalidValueError(f"frame is {frame!r}, expected {' or '.join(map(repr, known))} for a {ending} file")
+    return to_pathx(trajectory, frame) if poses else FORMATS[ending](trajectory)

@@ -10,6 +10,7 @@ from .._core import Task, transport
 from .._util import F64, checked
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import Table, path_source, read_document, read_toolpath, write_toolpath
+from .rates import twists
 
 
 class PointError(InvalidValueError):
@@ -90,14 +91,37 @@ class Toolpath:
 
     @property
     def speed(self) -> F64 | None:
-        """Speed of the tool point [m/s], shape (N,), by differences; None without times."""
+        """Speed of the tool point [m/s], shape (N,), that of `twist`; None without times."""
+        twist = self.twist
+        if twist is None:
+            return None
+        speed: F64 = np.linalg.norm(twist[:, 3:], axis=1)
+        return speed
+
+    @property
+    def twist(self) -> F64 | None:
+        """Twist [omega; v] of the tool [rad/s, m/s], shape (N, 6); None without times.
+
+        At the tool point, in the base frame, angular part first. omega is that of ``rotation``; without rotations that
+        of the axis, which then has no component along it. By differences of second order in the distance of the times,
+        at both ends too; exact along a screw motion of constant rate, as the helix is (Leger 2014, eq. 4.25 to 4.28).
+        From one point to the next the tool turns by less than a half turn. Zero for a path of one point.
+        """
         if self.time is None:
             return None
-        if len(self) == 1:
-            return np.zeros(1)
-        velocity = np.gradient(self.position, self.time, axis=0, edge_order=2 if len(self) > 2 else 1)
-        speed: F64 = np.linalg.norm(velocity, axis=1)
-        return speed
+        return twists(self.position, self.axis, self.rotation, self.time)
+
+    @property
+    def axis_rate(self) -> F64 | None:
+        """Rate of the axis [1/s], shape (N, 3), in the base frame, across the axis; None without times.
+
+        By differences, as `twist`, of the axes alone (Leger 2014, eq. 4.28, 4.32).
+        """
+        if self.time is None:
+            return None
+        omega = twists(self.position, self.axis, None, self.time)[:, :3]
+        rate: F64 = np.cross(omega, self.axis)
+        return rate
 
     def targets(self, task: Task | None = None) -> F64:
         """Return the rows that a solver takes as targets of a task.

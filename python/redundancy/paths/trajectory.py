@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from .. import plots, robots
 from .._core import PathData, Robot
 from .._util import F64
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
-from ..files import TRAJECTORY_FORMATS, TrajectoryColumns, read_trajectory, write_atomically
+from ..files import TrajectoryColumns, formatted, read_trajectory, write_atomically
 from .toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ class Trajectory:
             raise ToolpathError(str(error), columns.file) from None
         return Trajectory(robot, path, q, *columns.worth, columns.status, columns.length)
 
-    def write(self, file: str | Path) -> None:
+    def write(self, file: str | Path, frame: Literal["tool", "flange"] = "tool") -> None:
         """Write the trajectory.
 
         Parameters
@@ -175,22 +175,22 @@ class Trajectory:
         file : path-like
             ``.csv`` or ``.json``: every column in SI units, every digit. ``.pathx``: the format of RobotMaster (Leger
             2014, appendix A), one ``<m>command x y z a b c contour feed</m>`` a point. The command is "jc" (joint
-            move) for the first point and "lc" (linear move) for the others, then come the position of the tool point
-            [mm] and XYZ Euler angles [deg] of the tool frame in the base frame, R = Rx(a) Ry(b) Rz(c), the contour
-            flag 0, and the feed rate [mm/s] (0 without times). The file is replaced as a whole or not at all.
+            move) for the first point and "lc" (linear move) for the others, then come the position [mm] and the XYZ
+            Euler angles [deg] of a frame in the base frame, R = Rx(a) Ry(b) Rz(c), the contour flag 0, and the feed
+            rate of the tool point [mm/s] (0 without times). The file is replaced as a whole or not at all.
+        frame : {"tool", "flange"}
+            Whose poses a ``.pathx`` file holds: those of the tool frame, or those of the flange, without the tool. The
+            program of appendix A writes the last frame of the DH table, whose origin is at the tip of the tool and
+            which does not turn with the milling axis: "flange" for ``fanuc_m710ic50_milling``.
 
         Raises
         ------
         InvalidValueError
-            If the file's ending is another.
+            If the file's ending or the frame is another, or the frame is not the tool's in a file without poses.
         OSError
             If the file cannot be written.
         """
-        formatter = TRAJECTORY_FORMATS.get(Path(file).suffix.lower())
-        if formatter is None:
-            known = ", ".join(TRAJECTORY_FORMATS)
-            raise InvalidValueError(f"format of {str(file)!r} is unknown, expected one of {known}")
-        write_atomically(file, formatter(self))
+        write_atomically(file, formatted(self, Path(file), frame))
 
     def plot(self, path: str | Path | None = None) -> "Figure":
         """Draw condition number, joints in their ranges and spin, one above the other.

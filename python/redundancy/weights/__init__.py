@@ -4,6 +4,7 @@
 """
 
 from .criteria import Criteria, Failure
+from .displacements import Displacements, displacements
 from .dynamic_adaptation import DynamicAdaptation, Round, dynamic_adapt
 from .dynamic_weights import WeightFunctions
 from .performance import Performance, better, improvement, limit_distances
@@ -13,6 +14,7 @@ from .sensitivity import Sensitivity, axis_cosines, sensitivity
 
 __all__ = [
     "Criteria",
+    "Displacements",
     "DynamicAdaptation",
     "Failure",
     "Performance",
@@ -26,6 +28,7 @@ __all__ = [
     "axis_cosines",
     "better",
     "direct_search",
+    "displacements",
     "dynamic_adapt",
     "improvement",
     "limit_distances",

@@ -76,7 +76,7 @@ class WeightFunctions:
         -------
         w, k : ndarray, shape (n,)
             0.01 for all but the last three joints. Never negative: where a negative damping scalar would make one so,
-            it is 0, as the pull would become a push.
+            it is 0, as the pull would become a push. With m = 0.25 and s = 1 the printed c_sing = -0.5 is such a one.
 
         Raises
         ------

@@ -35,6 +35,7 @@ class PointwiseSolver:
     def __init__(self, setting: Setting, functions: WeightFunctions, c_joint: F64, c_sing: F64) -> None:
         robot = setting.robot
         self.w, self.k = np.zeros((2, len(setting.path), robot.n))
+        self.held = np.full((len(setting.path), robot.n), np.nan)
         self._setting, self._functions = setting, functions
         self._c_joint, self._c_sing = c_joint, c_sing
         self._middle = robot.middle
@@ -92,6 +93,7 @@ class PointwiseSolver:
             return PosturePull(np.minimum(w, 1.0), middle=self._middle)
         if self._held is None:
             self._held = q
+        self.held[point] = self._held
         # Beyond 1 / eps a pull to q_Ts is all there is, and infinity times 0 must not become NaN.
         held = k * min(singularity, 1.0 / np.finfo(np.float64).eps)
         both = w + held

@@ -1,8 +1,8 @@
 """Weights that tune themselves and stay the same along the path (Huo 2009, algorithm 4.1)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory
 from .performance import Performance, better, improvement
 from .search import TOLERANCE, direct_search
-from .sensitivity import Sensitivity, sensitivity
+from .sensitivity import Sensitivity, axis_cosines, sensitivity
 from .setting import THRESHOLD, Setting, checked_weights, setting
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class WeightSearch:
     performance : Performance
         What that is worth.
     sensitivity : Sensitivity
-        Which weights were tuned, and why.
+        Which weights were tuned, and why: where a caller has named the joints, its scores are means of |e_i . e_t|.
     history : list of WeightRecord
         The runs in order, the starting weights first. Each accepted one is better than the accepted one before.
     status : str
@@ -102,6 +102,7 @@ def self_adapt(
     w0: ArrayLike = 0.01,
     k0: ArrayLike = 0.01,
     *,
+    joints: Sequence[int] | None = None,
     start: ArrayLike | None = None,
     threshold: float = THRESHOLD,
     iterations: int = 20,
@@ -125,6 +126,9 @@ def self_adapt(
         An axisymmetric task.
     w0, k0 : array_like, shape (n,) or ()
         Weights to start from, at least 0, for no joint that is tuned both 0.
+    joints : sequence of int, optional
+        Joints whose weights are tuned, counted from 0, in this order (the tests of Table 5.1); those that `sensitivity`
+        picks if not given.
     start : array_like, shape (n,), optional
         Posture from which the first point is reached [rad or m]; the best of some random ones if not given.
     threshold : float
@@ -159,10 +163,11 @@ def self_adapt(
     for name, count in (("max_runs", max_runs), ("starts", starts)):
         if count < 1:
             raise InvalidValueError(f"{name} is {count}, expected at least 1")
+    chosen = None if joints is None else _checked_joints(joints, robot.n)
     made = setting(robot, path, task, w, k, start, threshold, iterations)
     scales = [2.0 ** (-((-1) ** i) * ((i + 1) // 2)) for i in range(starts)]
     with progress_bar(starts * max_runs, "tuning the weights", progress) as advance:
-        tuners = [_Tuner(made, tolerance, max_runs, advance) for _ in scales]
+        tuners = [_Tuner(made, chosen, tolerance, max_runs, advance) for _ in scales]
         with ThreadPoolExecutor(max_workers=starts) as pool:
             jobs = [pool.submit(tuner.tune, scale * w, scale * k) for tuner, scale in zip(tuners, scales, strict=True)]
             found = [job.result() for job in jobs]
@@ -178,6 +183,7 @@ class _Tuner:
     """The runs for one set of starting weights."""
 
     setting: Setting
+    joints: tuple[int, ...] | None
     tolerance: float
     max_runs: int
     advance: Callable[[int], None]
@@ -188,9 +194,7 @@ class _Tuner:
         first = self.setting.run(w, k)
         performance = self._judge(first)
         self.history.append(WeightRecord(w, k, performance, -1, True))
-        chosen = sensitivity(
-            self.setting.robot, self.setting.task, first.q, lambda i: self._probe(i, w, k, performance)
-        )
+        chosen = self._choose(first.q, lambda i: self._probe(i, w, k, performance))
         for i in chosen.joints:
             if w[i] == 0.0 and k[i] == 0.0:
                 raise InvalidValueError(
@@ -210,6 +214,14 @@ class _Tuner:
                 break
         self.advance(self.max_runs - self.runs)
         return WeightSearch(w, k, self.setting.run(w, k), performance, chosen, self.history, status)
+
+    def _choose(self, q: F64, probe: Callable[[int], float]) -> Sensitivity:
+        robot, task = self.setting.robot, self.setting.task
+        if self.joints is None:
+            return sensitivity(robot, task, q, probe)
+        mean = axis_cosines(robot, task, q).mean(axis=0)
+        scores = tuple(float(mean[i]) for i in self.joints)
+        return replace(sensitivity(robot, task, q), joints=self.joints, scores=scores)
 
     def _tune_element(self, i: int, w: F64, k: F64, known: Performance) -> tuple[F64, F64, Performance]:
         """Search w_i and k_i, the others as they are."""
@@ -243,6 +255,13 @@ class _Tuner:
         self.runs += 1
         self.advance(1)
         return Performance.of_trajectory(trajectory)
+
+
+def _checked_joints(joints: Sequence[int], n: int) -> tuple[int, ...]:
+    chosen = tuple(joints)
+    if not chosen or len(set(chosen)) < len(chosen) or not all(i in range(n) for i in chosen):
+        raise InvalidValueError(f"joints is {list(joints)}, expected different numbers from 0 to {n - 1}, at least one")
+    return tuple(int(i) for i in chosen)
 
 
 def _with(weights: F64, i: int, value: float) -> F64:

@@ -30,6 +30,23 @@ pub static PATH_SOLUTION: Named = Named {
     class: PyOnceLock::new(),
 };
 
+/// What `OrthogonalSQP.constraint` answers.
+pub static CONSTRAINT: Named = Named {
+    name: "Constraint",
+    fields: &["h", "jacobian", "null"],
+    doc: "A task's equality constraint h (m,) = 0 at a posture, dh/dq (m, n), and an orthonormal basis (n, k) of the null space of that.",
+    class: PyOnceLock::new(),
+};
+
+/// What `OrthogonalSQP.history` answers.
+pub static SOLVE_HISTORY: Named = Named {
+    name: "SolveHistory",
+    fields: &["q", "value", "gradient", "step", "evaluations"],
+    doc: "Postures q (k, n) [rad or m] on a target on the way to a minimum, the objective at each (k,), the length of its gradient along the free motion \
+          that limits leave (k,), the largest component of the step from there (k,) [rad or m] and evaluations of the objective up to there (k,).",
+    class: PyOnceLock::new(),
+};
+
 /// What `solve_qp` answers.
 pub static QP_SOLUTION: Named = Named {
     name: "QPSolution",
@@ -58,7 +75,7 @@ impl Named {
 
 /// Adds the classes to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    for named in [&SOLUTION, &PATH_SOLUTION, &QP_SOLUTION] {
+    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION] {
         module.add(named.name, named.class(module.py())?)?;
     }
     Ok(())

@@ -7,5 +7,5 @@ mod postures;
 
 pub use analytic::{ArmAngle, Inverse, MAX_SOLUTIONS, Solutions, Structure};
 pub use newton::{Reach, reach};
-pub(crate) use newton::{error_at, reach_sized};
+pub(crate) use newton::{error_at, reach_holding, reach_sized};
 pub use postures::Postures;

@@ -60,7 +60,7 @@ pub fn reach(
 }
 
 /// [`reach`] with the capacity at hand.
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn reach_sized<const C: usize>(
     robot: &Robot,
     limits: Option<&Limits>,
@@ -68,6 +68,22 @@ pub(crate) fn reach_sized<const C: usize>(
     target: &Target,
     length: f64,
     q: &mut [f64],
+    tolerance: f64,
+    max_iterations: usize,
+) -> Reach {
+    reach_holding::<C>(robot, limits, task, target, length, q, 0, tolerance, max_iterations)
+}
+
+/// The same without the joints of `held`, one bit a joint.
+#[inline(never)]
+pub(crate) fn reach_holding<const C: usize>(
+    robot: &Robot,
+    limits: Option<&Limits>,
+    task: &Task,
+    target: &Target,
+    length: f64,
+    q: &mut [f64],
+    held: u32,
     tolerance: f64,
     max_iterations: usize,
 ) -> Reach {
@@ -79,7 +95,7 @@ pub(crate) fn reach_sized<const C: usize>(
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        let step = step_towards::<C>(robot, limits, task, motion, length, q, caution);
+        let step = step_towards::<C>(robot, limits, task, target, motion, length, q, held, caution);
         let mut trial = [0.0; C];
         for i in 0..n {
             trial[i] = q[i] + step[i];
@@ -109,32 +125,38 @@ fn step_towards<const C: usize>(
     robot: &Robot,
     limits: Option<&Limits>,
     task: &Task,
+    target: &Target,
     (w, v): (Vec3, Vec3),
     length: f64,
     q: &[f64],
+    held: u32,
     caution: f64,
 ) -> [f64; C] {
     let n = size::<C>(robot.n());
     let (tool, columns) = jacobian::<C>(robot, q);
-    let directions = task.directions(&tool, length);
-    let b = directions.reduce(w, v);
-    let mut rows = directions.rows(&columns);
+    let b = task.directions(&tool, length).reduce(w, v);
+    let mut rows = task.constraint(&tool, target, length).jacobian(&columns);
+    for i in (0..n).filter(|i| held >> i & 1 == 1) {
+        for row in &mut rows {
+            row[i] = 0.0;
+        }
+    }
     let m = task.dimension();
     let square: f64 = b.iter().map(|x| x * x).sum();
     let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
     let damping = DAMPING * caution * square + LEAST_DAMPING * scale;
     let mut step = damped_step(&rows, &b, damping, n, m);
     let Some(limits) = limits else { return shortened(step) };
-    let mut held = false;
+    let mut stopped = false;
     for i in 0..n {
         if (q[i] <= limits.q_min[i] && step[i] < 0.0) || (q[i] >= limits.q_max[i] && step[i] > 0.0) {
-            held = true;
+            stopped = true;
             for row in rows.iter_mut().take(m) {
                 row[i] = 0.0;
             }
         }
     }
-    if held {
+    if stopped {
         step = damped_step(&rows, &b, damping, n, m);
     }
     shortened(step)

@@ -3,7 +3,7 @@
 
 use super::forward::Jacobian;
 use crate::linalg::Row6;
-use crate::linalg::vector::{add, cross, scale};
+use crate::linalg::vector::{Vec3, add, cross, dot, scale};
 
 /// `dJ_i / dq_k` (3.9 to 3.22), a twist.
 #[inline(always)]
@@ -76,4 +76,20 @@ pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> J
         pushing = add(pushing, scale(-rates[i], vi));
     }
     rate
+}
+
+/// The second derivative of the work of a wrench [moment; force] at the tool point, `[i][k] = f . (dJ_i/dq_k + dJ_k/dq_i) / 2`.
+#[inline(never)]
+pub fn bending<const C: usize>(jacobian: &Jacobian<C>, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
+    let n = jacobian.n();
+    let mut out = [[0.0; C]; C];
+    for k in 0..n {
+        let (turned, pushed) = (scale(0.5, cross(moment, jacobian.w[k])), cross(force, jacobian.w[k]));
+        for i in k..n {
+            // A joint does not turn its own axis.
+            let term = if i > k { dot(turned, jacobian.w[i]) } else { 0.0 } + dot(pushed, jacobian.v[i]);
+            (out[i][k], out[k][i]) = (term, term);
+        }
+    }
+    out
 }

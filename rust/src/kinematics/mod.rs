@@ -31,7 +31,7 @@ use crate::robot::Robot;
 
 /// The kernels, by capacity: the caller has checked the lengths.
 pub(crate) mod sized {
-    pub use crate::kinematics::derivatives::{derivative_column, first_derivative, jacobian_rate, second_derivative};
+    pub use crate::kinematics::derivatives::{bending, derivative_column, first_derivative, jacobian_rate, second_derivative};
     pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
     pub use crate::kinematics::pullback::{pull_back, pull_back_second};
 }

@@ -56,3 +56,20 @@ fn rotate<const C: usize>(a: &mut [[f64; C]; C], vectors: &mut [[f64; C]; C], n:
         vectors[i][q] = s * x + c * y;
     }
 }
+
+/// The part of a symmetric matrix with eigenvalues above zero.
+#[inline(never)]
+pub fn positive_part<const C: usize>(mut a: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
+    let mut vectors = [[0.0; C]; C];
+    diagonalise(&mut a, &mut vectors, n);
+    let mut out = [[0.0; C]; C];
+    for k in 0..n {
+        let value = a[k][k].max(0.0);
+        for i in 0..n {
+            for j in 0..n {
+                out[i][j] += value * vectors[i][k] * vectors[j][k];
+            }
+        }
+    }
+    out
+}

@@ -7,11 +7,9 @@ use super::{Minimum, Outcome, Smooth, Stop, strong_wolfe};
 /// Minimises `f` from `x` with gradients alone.
 pub fn bfgs(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> Minimum {
     let n = x.len();
-    let mut best = Minimum { x, value: f64::NAN, iterations: 0, evaluations: 1, outcome: Outcome::Iterations };
-    let (value, mut gradient) = f.gradient(&best.x);
-    best.value = value;
-    if !value.is_finite() {
-        best.outcome = Outcome::Undefined;
+    let (value, mut gradient) = f.gradient(&x);
+    let mut best = Minimum::at(x, value, &gradient);
+    if best.outcome == Outcome::Undefined {
         return best;
     }
     // Unknown curvature: a first step of at most a tenth of a radian.
@@ -36,6 +34,7 @@ pub fn bfgs(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> Minimum {
         let s = &found.x - &best.x;
         let y = &found.gradient - &gradient;
         (best.x, best.value, gradient) = (found.x, found.value, found.gradient);
+        best.pass(&gradient);
         let sy = s.dot(&y);
         if sy > f64::EPSILON * s.norm() * y.norm() {
             if fresh {

@@ -8,7 +8,7 @@ use super::Smooth;
 const SAME: f64 = 1e-14;
 /// Sufficient decrease (3.56).
 const C1: f64 = 1e-4;
-/// Curvature (3.57).
+/// Curvature (3.57), in print without its last d_k.
 const C2: f64 = 0.9;
 /// Trials of one search.
 const MAX_TRIALS: usize = 30;

@@ -70,6 +70,17 @@ pub enum Outcome {
     Undefined,
 }
 
+/// A point that a minimisation went through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// Evaluations of the function up to here.
+    pub evaluations: usize,
+    /// Value.
+    pub value: f64,
+    /// Norm of the gradient.
+    pub gradient: f64,
+}
+
 /// The best point found.
 #[derive(Debug, Clone)]
 pub struct Minimum {
@@ -83,4 +94,22 @@ pub struct Minimum {
     pub evaluations: usize,
     /// How it ended.
     pub outcome: Outcome,
+    /// The start and every point that a step was taken to. Newton's last step, too short to change the value, is taken without an evaluation
+    /// and is not among them.
+    pub history: Vec<Passed>,
+}
+
+impl Minimum {
+    /// Nothing but a start, evaluated once.
+    fn at(x: DVector<f64>, value: f64, gradient: &DVector<f64>) -> Self {
+        let outcome = if value.is_finite() { Outcome::Iterations } else { Outcome::Undefined };
+        let mut start = Self { x, value, iterations: 0, evaluations: 1, outcome, history: Vec::new() };
+        start.pass(gradient);
+        start
+    }
+
+    /// Puts down the point reached.
+    fn pass(&mut self, gradient: &DVector<f64>) {
+        self.history.push(Passed { evaluations: self.evaluations, value: self.value, gradient: gradient.norm() });
+    }
 }

@@ -27,11 +27,9 @@ const GOOD: f64 = 0.75;
 
 /// Minimises `f` from `x`.
 pub fn trust_region_newton(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> Minimum {
-    let mut best = Minimum { x, value: f64::NAN, iterations: 0, evaluations: 1, outcome: Outcome::Iterations };
-    let (mut value, mut gradient, mut hessian) = f.hessian(&best.x);
-    best.value = value;
-    if !value.is_finite() {
-        best.outcome = Outcome::Undefined;
+    let (mut value, mut gradient, mut hessian) = f.hessian(&x);
+    let mut best = Minimum::at(x, value, &gradient);
+    if best.outcome == Outcome::Undefined {
         return best;
     }
     let mut radius = FIRST_RADIUS;
@@ -55,6 +53,7 @@ pub fn trust_region_newton(f: &mut impl Smooth, x: DVector<f64>, stop: Stop) -> 
             let taken = step.amax();
             (best.x, value, gradient, hessian) = (trial, next, next_gradient, next_hessian);
             best.value = value;
+            best.pass(&gradient);
             if ratio > GOOD && step.norm() > 0.9 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }

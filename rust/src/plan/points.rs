@@ -10,7 +10,7 @@ use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{Vec3, dot};
 use crate::linalg::{Rows6, size};
 use crate::resolve::sqp::reduce::Curvature;
-use crate::task::Directions;
+use crate::task::Constraint;
 
 /// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
 const SINGULAR: f64 = 1e-9;
@@ -26,7 +26,7 @@ pub struct Point<const C: usize> {
     pub basis: [[f64; C]; C],
     pseudo_inverse: Rows6<C>,
     jacobian: Jacobian<C>,
-    directions: Directions,
+    constraint: Constraint,
     spin_axis: Vec3,
 }
 
@@ -72,8 +72,8 @@ impl PathProblem {
     fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<C>> {
         let n = size::<C>(self.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
-        let directions = self.task.directions(&tool, self.length);
-        let factors = Orthogonal::new(&directions.rows(&columns), n, self.task.dimension());
+        let constraint = Constraint::of(&self.task.directions(&tool, self.length));
+        let factors = Orthogonal::new(&constraint.jacobian(&columns), n, self.task.dimension());
         if factors.spread() < SINGULAR {
             return None;
         }
@@ -88,7 +88,7 @@ impl PathProblem {
             basis: factors.null_space(),
             pseudo_inverse: factors.pseudo_inverse(),
             jacobian: columns,
-            directions,
+            constraint,
             spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
         })
     }
@@ -102,6 +102,6 @@ impl<const C: usize> Point<C> {
 
     /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point.
     pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], r: usize) -> [[f64; C]; C] {
-        Curvature::new(&self.jacobian, &self.directions, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
+        Curvature::new(&self.jacobian, &self.constraint, None, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
     }
 }

@@ -103,7 +103,7 @@ pub(super) fn motion_interval(limits: Option<&Limits>, i: usize, q: f64) -> (f64
 /// The greatest rate towards a limit that is `room` away: `v dt + v^2 / 2a <= room`, so that ticks of the greatest deceleration come to rest in
 /// front of it.
 #[inline(always)]
-fn fastest(room: f64, acceleration: f64, dt: f64) -> f64 {
+pub(super) fn fastest(room: f64, acceleration: f64, dt: f64) -> f64 {
     if room <= 0.0 {
         0.0
     } else if acceleration.is_finite() && room.is_finite() {

@@ -36,6 +36,7 @@
 
 mod bounds;
 pub(crate) mod direct_update;
+mod nearest;
 mod quadratic;
 mod rate;
 mod resolver;
@@ -47,4 +48,4 @@ pub use quadratic::{
 };
 pub use rate::{Memory, Method, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Situation};
 pub use resolver::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
-pub use sqp::{OrthogonalSqp, SqpSettings};
+pub use sqp::{ConstraintAt, Iteration, OrthogonalSqp, SqpSettings};

@@ -22,10 +22,7 @@ impl Task {
             (Projector::Plane(axis), Reference::Tool) => (turn(tool.rotate(axis), target.axis_of(axis)), self.linear_part(tool, v)),
             (Projector::Plane(axis), Reference::Base) => (about_fixed(axis, tool, target).0, self.linear_part(tool, v)),
             (Projector::Plane(axis), Reference::Part(part)) => {
-                let (w, spin) = about_fixed(part.rotate(axis), tool, target);
-                // The target turned about the part's axis to where it is nearest.
-                let about = Frame::rotation(part.rotate(axis), -spin);
-                let position = add(part.origin, about.rotate(sub(target.position, part.origin)));
+                let (w, position) = about_part(&part, axis, tool, target);
                 let (_, v) = self.directions(tool, 1.0).linear_at(w, sub(position, tool.origin));
                 (w, v)
             }
@@ -71,6 +68,15 @@ impl Target {
     }
 }
 
+/// The shortest rotation to the target when a turn about `axis` of a part is free, and the target's position, turned about that axis to where it is
+/// nearest.
+pub(super) fn about_part(part: &Frame, axis: Vec3, tool: &Frame, target: &Target) -> (Vec3, Vec3) {
+    let axis = part.rotate(axis);
+    let (w, spin) = about_fixed(axis, tool, target);
+    let about = Frame::rotation(axis, -spin);
+    (w, add(part.origin, about.rotate(sub(target.position, part.origin))))
+}
+
 /// The shortest rotation to the wanted orientation when a further turn about the base frame's unit vector `axis` is free, and the angle of
 /// that free turn.
 fn about_fixed(axis: Vec3, tool: &Frame, target: &Target) -> (Vec3, f64) {
@@ -99,7 +105,7 @@ fn turn(from: Vec3, to: Vec3) -> Vec3 {
 }
 
 /// The rotation vector that turns the axes `from` onto the axes `to`.
-fn rotation_vector(from: &[Vec3; 3], to: &[Vec3; 3]) -> Vec3 {
+pub(super) fn rotation_vector(from: &[Vec3; 3], to: &[Vec3; 3]) -> Vec3 {
     // Twice the sine times the axis is the sum of cross products of corresponding axes.
     let double = add(add(cross(from[0], to[0]), cross(from[1], to[1])), cross(from[2], to[2]));
     let sine = 0.5 * norm(double);

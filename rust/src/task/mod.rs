@@ -25,11 +25,13 @@
 //! # Ok::<(), redundancy::error::Error>(())
 //! ```
 
+mod constraint;
 mod directions;
 mod error;
 mod projector;
 mod redundancy;
 
+pub use constraint::Constraint;
 pub use directions::Directions;
 pub use projector::Projector;
 

@@ -219,6 +219,7 @@ fn settings() -> RateSettings {
         dt: 1e-3,
         limits: true,
         iterations: 20,
+        stop: 0.0,
         correct: true,
         tolerance: 1e-12,
     }

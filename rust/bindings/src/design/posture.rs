@@ -23,7 +23,8 @@ fn posture_of(robot: &PyRobot, name: &str, q: &Bound<'_, PyAny>) -> PyResult<Vec
 
 /// One minimisation of kappa_F; the front end is `redundancy.minimum_condition_posture`.
 ///
-/// Returns (q, length, condition number, iterations, evaluations, status).
+/// Returns (q, length, condition number, iterations, evaluations, status, history). History is (k, 3): evaluations up to a point, kappa_F there,
+/// norm of the gradient of kappa_F^2.
 #[pyfunction]
 pub fn minimum_condition_posture<'py>(
     py: Python<'py>,
@@ -36,7 +37,7 @@ pub fn minimum_condition_posture<'py>(
     rows: Option<Vec<usize>>,
     tolerance: f64,
     max_iterations: usize,
-) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, f64, usize, usize, &'static str)> {
+) -> PyResult<(Bound<'py, PyArray1<f64>>, f64, f64, usize, usize, &'static str, Bound<'py, PyArray2<f64>>)> {
     let robot = robot.get();
     let q0 = posture_of(robot, "q0", q0)?;
     let method = match method {
@@ -61,7 +62,11 @@ pub fn minimum_condition_posture<'py>(
         Outcome::Iterations => "out of iterations",
         Outcome::Undefined => "singular start",
     };
-    Ok((vector(py, &found.q), found.length, found.condition_number, found.minimum.iterations, found.minimum.evaluations, status))
+    let passed = &found.minimum.history;
+    let rows: Vec<f64> = passed.iter().flat_map(|p| [p.evaluations as f64, p.value.sqrt(), p.gradient]).collect();
+    let history = PyArray1::from_vec(py, rows).reshape([passed.len(), 3])?;
+    let (iterations, evaluations) = (found.minimum.iterations, found.minimum.evaluations);
+    Ok((vector(py, &found.q), found.length, found.condition_number, iterations, evaluations, status, history))
 }
 
 /// The length that minimises kappa_F at a posture, in closed form [m]; NaN at a singularity.

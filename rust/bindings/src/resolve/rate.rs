@@ -246,7 +246,8 @@ impl PyRateSolver {
         *self.remembered() = Remembered::nothing();
     }
 
-    /// A posture on a target (Huo 2009, algorithm 3.1).
+    /// A posture on a target (Huo 2009, algorithm 3.1, with the task's own error in place of its line 6, which corrects an axis about which
+    /// the tool may spin only linearly).
     ///
     /// Parameters
     /// ----------
@@ -335,7 +336,7 @@ struct Arguments {
 
 #[pyfunction(name = "RateSolver")]
 #[pyo3(signature = (robot, task, objective=None, *, scaling="gradient".into(), gain=1.0, relaxation=1.0, length=None, damping=1e-3, dt=1e-3, limits=true,
-                    iterations=20, correct=true, tolerance=1e-12, weights=None))]
+                    iterations=20, stop=0.0, correct=true, tolerance=1e-12, weights=None))]
 fn arguments(
     robot: Py<PyRobot>,
     task: Py<PyTask>,
@@ -348,11 +349,12 @@ fn arguments(
     dt: f64,
     limits: bool,
     iterations: usize,
+    stop: f64,
     correct: bool,
     tolerance: f64,
     weights: Option<Py<PyAny>>,
 ) -> Arguments {
-    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, correct, tolerance };
+    let settings = RateSettings { length: 1.0, gain, relaxation, damping, dt, limits, iterations, stop, correct, tolerance };
     Arguments { robot, task, objective, scaling, length, weights, settings }
 }
 
@@ -403,7 +405,10 @@ macro_rules! methods {
             /// limits : bool
             ///     Whether `step` keeps position and speed limits, and random starts those of position.
             /// iterations : int
-            ///     Iterations a target with the secondary task.
+            ///     Iterations a target with the secondary task, at most.
+            /// stop : float
+            ///     The norm of the joint motion below which they end, epsilon of algorithm 3.1; that motion is not made [rad or m]. 0 makes
+            ///     all of them.
             /// correct : bool
             ///     Whether iterations of the task alone follow until its error is below the tolerance, and a damped Newton from the start where
             ///     they lose their way.
@@ -425,7 +430,7 @@ macro_rules! methods {
             impl $name {
                 #[new]
                 #[pyo3(signature = (*args, **settings), text_signature = "(robot, task, objective=None, *, scaling='gradient', gain=1.0, relaxation=1.0, \
-                                    length=None, damping=1e-3, dt=1e-3, limits=True, iterations=20, correct=True, tolerance=1e-12, weights=None)")]
+                                    length=None, damping=1e-3, dt=1e-3, limits=True, iterations=20, stop=0.0, correct=True, tolerance=1e-12, weights=None)")]
                 fn new(args: &Bound<'_, PyTuple>, settings: Option<&Bound<'_, PyDict>>) -> PyResult<PyClassInitializer<Self>> {
                     Ok(PyClassInitializer::from(make(Method::$method, args, settings)?).add_subclass(Self))
                 }

@@ -2,18 +2,19 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use numpy::{PyArray1, PyArrayDyn};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::array::{elements, ok, output, read_vector};
+use crate::array::{elements, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::solution::{self, Given, Last, posture};
+use crate::results::{CONSTRAINT, SOLVE_HISTORY};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
 use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{Memory, OrthogonalSqp, Resolver, SqpSettings};
+use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSettings};
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
 ///
@@ -265,6 +266,73 @@ impl PyOrthogonalSqp {
     ///     [omega; v] in the base frame [rad/s, m/s].
     fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         solution::error(py, &self.solver, q, target, self.solver.dt())
+    }
+
+    /// The task as an equality constraint at a posture: h(q) = 0 on the target (Leger 2014, eq. 4.5 to 4.13).
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// target : array_like
+    ///     As for `solve`.
+    ///
+    /// Returns
+    /// -------
+    /// h : ndarray, shape (m,)
+    ///     What is there less what should be, components of the task: angular ones first, times ``length`` [m], then linear ones [m].
+    /// jacobian : ndarray, shape (m, n)
+    ///     dh/dq, exact on the target.
+    /// null : ndarray, shape (n, k)
+    ///     Orthonormal directions of the free motion: k = n - m, and more where the Jacobian is singular.
+    ///
+    /// Notes
+    /// -----
+    /// The lower block of the printed Jacobian (4.13) has the wrong sign: a1 - p1 is right.
+    fn constraint<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.solver.robot().n();
+        let target = solution::target(self.solver.task(), "target", target)?;
+        let at = ok(self.solver.constraint(&target, &posture(self.solver.robot(), "q", q)?[..n]))?;
+        let matrix = |rows: usize, columns: usize, entry: &dyn Fn(usize, usize) -> f64| {
+            let numbers = (0..rows * columns).map(|k| entry(k / columns, k % columns)).collect();
+            PyArray1::from_vec(py, numbers).reshape([rows, columns])
+        };
+        let jacobian = matrix(at.dimension, n, &|r, i| at.jacobian[r][i])?;
+        let null = matrix(n, at.free, &|i, k| at.null[k][i])?;
+        Ok(CONSTRAINT.make(py, (vector(py, &at.h[..at.dimension]), jacobian, null))?)
+    }
+
+    /// The way of `solve` from a start: every posture on the target, with what the objective and its gradient are there.
+    ///
+    /// Parameters
+    /// ----------
+    /// target : array_like
+    ///     As for `solve`.
+    /// q0 : array_like, shape (n,)
+    ///     Start [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (k, n)
+    ///     Postures, the last one less than a step before the answer of `solve`.
+    /// value, gradient : ndarray, shape (k,)
+    ///     The objective, and the length of its gradient along the free motion; joints held at limits do not count.
+    /// step : ndarray, shape (k,)
+    ///     Largest component of the step from there, before it is shortened [rad or m].
+    /// evaluations : ndarray, shape (k,)
+    ///     Evaluations of the objective up to there, those of refused steps included.
+    fn history<'py>(&self, py: Python<'py>, target: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.solver.robot().n();
+        let target = solution::target(self.solver.task(), "target", target)?;
+        let q0 = posture(self.solver.robot(), "q0", q0)?;
+        let mut seen = Vec::new();
+        py.detach(|| self.solver.trace(&target, &q0[..n], &mut |iteration| seen.push(*iteration)));
+        self.given.check(py)?;
+        let column = |f: fn(&Iteration) -> f64| vector(py, &seen.iter().map(f).collect::<Vec<_>>());
+        let q = PyArray1::from_vec(py, seen.iter().flat_map(|iteration| iteration.q[..n].to_vec()).collect()).reshape([seen.len(), n])?;
+        let evaluations = PyArray1::from_vec(py, seen.iter().map(|iteration| iteration.evaluations as i64).collect());
+        let parts = (q, column(|x| x.value), column(|x| x.gradient), column(|x| x.step), evaluations);
+        Ok(SOLVE_HISTORY.make(py, parts)?)
     }
 
     /// A posture on a target at a minimum of the objective.

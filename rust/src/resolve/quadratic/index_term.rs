@@ -6,7 +6,7 @@ use crate::index::sized::{Evaluation, differences};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::cholesky::Cholesky;
-use crate::linalg::symmetric::diagonalise;
+use crate::linalg::symmetric::positive_part;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::resolve::direct_update::direct_update;
 use crate::robot::Robot;
@@ -176,21 +176,4 @@ fn convex_part<const C: usize>(rates: &Cost<C>, curvature: [[f64; C]; C], n: usi
         }
     }
     if Cholesky::<C>::new(&left, n).is_some() { curvature } else { positive_part(curvature, n) }
-}
-
-/// The part with eigenvalues above zero.
-#[inline(never)]
-fn positive_part<const C: usize>(mut curvature: [[f64; C]; C], n: usize) -> [[f64; C]; C] {
-    let mut vectors = [[0.0; C]; C];
-    diagonalise(&mut curvature, &mut vectors, n);
-    let mut out = [[0.0; C]; C];
-    for k in 0..n {
-        let value = curvature[k][k].max(0.0);
-        for i in 0..n {
-            for j in 0..n {
-                out[i][j] += value * vectors[i][k] * vectors[j][k];
-            }
-        }
-    }
-    out
 }

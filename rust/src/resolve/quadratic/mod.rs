@@ -12,6 +12,7 @@ mod index_term;
 mod jerk;
 mod path;
 mod programme;
+mod rest;
 mod settings;
 mod solver;
 

@@ -1,6 +1,7 @@
 //! What a programme is made of, asked and answers.
 
 use super::index_term::IndexMemory;
+use super::rest::Closing;
 use crate::error::{Error, Result, check_positive};
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::qp::{ActiveSet, Constraint, Place, Row, Side};
@@ -134,6 +135,7 @@ pub struct QuadraticMemory {
     /// Rates of the tick before that, where jerk counts.
     pub(super) earlier: Option<[f64; MAX_JOINTS]>,
     active: ([Constraint; MAX_JOINTS], usize),
+    pub(super) closing: Closing,
     /// Last, as it is large and touched by BFGS alone.
     pub(super) index: IndexMemory,
 }
@@ -141,7 +143,8 @@ pub struct QuadraticMemory {
 impl Default for QuadraticMemory {
     fn default() -> Self {
         let none = Constraint { place: Place::Bound(0), side: Side::Lower };
-        Self { rates: None, earlier: None, index: IndexMemory::default(), active: ([none; MAX_JOINTS], 0) }
+        let active = ([none; MAX_JOINTS], 0);
+        Self { rates: None, earlier: None, active, closing: Closing::default(), index: IndexMemory::default() }
     }
 }
 

@@ -8,7 +8,7 @@ use super::programme::{Constraints, Cost, solve, solve_opened};
 use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStatus, Tick};
 use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{Row6, Rows6, size};
@@ -49,23 +49,26 @@ pub struct QuadraticSolver {
 pub(super) struct RateBounds<const C: usize> {
     pub lower: [f64; C],
     pub upper: [f64; C],
+    /// Whether the rates of the tick before bound them: joints need room to brake.
+    pub brakes: bool,
     /// Whether a joint is beyond a limit of position, and has to come back.
     pub returning: bool,
 }
 
 /// The programme of a tick but for its rows.
-struct Programme<'a, const C: usize> {
-    tick: &'a Tick<'a>,
-    dt: f64,
-    n: usize,
-    cost: Cost<C>,
-    bounds: &'a RateBounds<C>,
-    directions: Directions,
+pub(super) struct Programme<'a, const C: usize> {
+    pub tick: &'a Tick<'a>,
+    pub n: usize,
+    pub cost: Cost<C>,
+    pub bounds: &'a RateBounds<C>,
+    pub directions: Directions,
     /// The task at the posture.
-    rows: Rows6<C>,
-    wanted: Row6,
+    pub rows: Rows6<C>,
+    pub wanted: Row6,
     /// Whether the index could be evaluated.
     conditioned: bool,
+    pub jacobian: &'a Jacobian<C>,
+    pub dt: f64,
 }
 
 impl QuadraticSolver {
@@ -112,7 +115,7 @@ impl QuadraticSolver {
     }
 
     fn bounds<const C: usize>(&self, q: &[f64], memory: &QuadraticMemory) -> RateBounds<C> {
-        let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false };
+        let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false, brakes: false };
         if self.settings.limits {
             let (limits, before) = (self.robot.limits(), memory.rates.as_ref());
             for i in 0..q.len() {
@@ -124,6 +127,7 @@ impl QuadraticSolver {
                 general.limit_jerk(limits, q, self.settings.dt, memory, &mut out.lower, &mut out.upper);
             }
         }
+        out.brakes = self.settings.limits && memory.rates.is_some() && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
         out
     }
 
@@ -146,7 +150,7 @@ impl QuadraticSolver {
         let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
         self.add_tasks(&mut cost, tick, dt, &directions, &rows, &wanted);
-        let programme = Programme { tick, dt, n, cost, bounds, directions, rows, wanted, conditioned };
+        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, jacobian: &columns, dt };
         let (angular, linear) = self.settings.largest_deviation;
         let bounded = match &self.general {
             Some(general) if general.bounds.is_some() => 6,
@@ -270,6 +274,7 @@ impl QuadraticSolver {
         if found.status != Status::Solved {
             return self.relax(programme, at, hard, found, memory);
         }
+        let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
         Answer { x: found.x, held: held(&found), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
     }

@@ -7,6 +7,7 @@ use crate::kinematics::sized::Jacobian;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::resolve::sqp::{Bounds, Known, newton_step};
 use crate::robot::Robot;
+use crate::task::Constraint;
 
 /// Largest secondary motion of a joint in one step [rad or m].
 const RADIUS: f64 = 0.3;
@@ -111,7 +112,8 @@ impl Secondary {
             Self::Objective(objective, Scaling::Newton) => {
                 let objective = objective.evaluate_at(robot, q, jacobian, Order::Hessian, false);
                 let directions = at.task.directions(at.tool, at.length);
-                let known = Known { jacobian, objective: &objective, directions: &directions, wanted: [0.0; 6] };
+                let constraint = Constraint::of(&directions);
+                let known = Known { jacobian, objective: &objective, constraint: &constraint, turning: None, wanted: [0.0; 6] };
                 let open = Bounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], radius: RADIUS, gain: 1.0 };
                 if !objective.gradient[..n].iter().all(|g| g.is_finite()) {
                     return ([0.0; C], false);

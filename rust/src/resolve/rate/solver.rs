@@ -6,14 +6,15 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::{error_at, reach};
-use crate::kinematics::sized::jacobian;
-use crate::linalg::vector::norm;
+use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
+use crate::resolve::nearest::Asked;
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
-use crate::task::{Target, Task};
+use crate::task::{Directions, Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
 const LARGEST_MOTION: f64 = 0.5;
@@ -41,8 +42,10 @@ pub struct RateSettings {
     pub dt: f64,
     /// Whether a tick keeps position and speed limits.
     pub limits: bool,
-    /// Iterations a target with the secondary task.
+    /// Iterations a target with the secondary task, at most.
     pub iterations: usize,
+    /// Norm of the joint motion below which these iterations end, and that motion is not made \[rad or m\]; 0 for all of them.
+    pub stop: f64,
     /// Whether iterations of the task alone follow until its error is below the tolerance.
     pub correct: bool,
     /// That tolerance: rad, and m over the length.
@@ -59,6 +62,7 @@ impl Default for RateSettings {
             dt: 1e-3,
             limits: true,
             iterations: 20,
+            stop: 0.0,
             correct: true,
             tolerance: 1e-12,
         }
@@ -70,7 +74,7 @@ impl RateSettings {
         for (name, value) in [("length", self.length), ("dt", self.dt), ("tolerance", self.tolerance)] {
             check_positive(name, value)?;
         }
-        for (name, value) in [("gain", self.gain), ("relaxation", self.relaxation)] {
+        for (name, value) in [("gain", self.gain), ("relaxation", self.relaxation), ("stop", self.stop)] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(Error::value(name, value, "a finite number of at least 0"));
             }
@@ -137,7 +141,7 @@ impl<const C: usize> RateBounds<'_, C> {
             let (low, high) = (self.low[i], self.high[i]);
             // Numbers near the largest there are can overflow on the way: such a joint stands still.
             let wanted = slower * rates[i];
-            rates[i] = if wanted.is_finite() { wanted.clamp(low, high) } else { 0.0 };
+            rates[i] = if wanted.is_finite() { wanted } else { 0.0 }.clamp(low, high);
         }
     }
 }
@@ -150,6 +154,8 @@ enum Goal<'a> {
 
 /// One motion and how it came about.
 struct Motion<const C: usize> {
+    jacobian: Jacobian<C>,
+    directions: Directions,
     dq: [f64; C],
     damped: bool,
     complete: bool,
@@ -250,7 +256,7 @@ impl RateSolver {
             }
         };
         let (dq, damped) = self.method.motion_at(&at, twist, &h);
-        Motion { dq, damped, complete }
+        Motion { directions: self.task.directions(&tool, length), jacobian: columns, dq, damped, complete }
     }
 
     /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
@@ -273,12 +279,46 @@ impl RateSolver {
         bounds.keep(&alone[..rates.len()], rates);
     }
 
+    /// Replaces rates that lead elsewhere, as in front of a goal out of reach, by those that bring the tool nearest; whether limits hold
+    /// these.
+    #[inline(always)]
+    fn rest<const C: usize>(&self, q: &[f64], motion: &Motion<C>, twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> Option<bool> {
+        let dt = self.settings.dt;
+        let (w, v) = halves(twist);
+        let wanted = motion.directions.reduce(w, v).map(|x| dt * x);
+        let rows = motion.directions.rows(&motion.jacobian);
+        let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted };
+        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
+        if !astray(rates) || !self.strays_alone(q, twist, bounds, &astray) {
+            return None;
+        }
+        let (low, high) = (bounds.low.map(|x| dt * x), bounds.high.map(|x| dt * x));
+        let (dq, held) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping)?;
+        for (i, rate) in rates.iter_mut().enumerate() {
+            *rate = (dq[i] / dt).clamp(bounds.low[i], bounds.high[i]);
+        }
+        Some(held)
+    }
+
+    /// Whether the motion for the task goes astray without a secondary one, which may lead the tool aside by little: the next tick makes up for that.
+    #[cold]
+    #[inline(never)]
+    fn strays_alone<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, astray: &dyn Fn(&[f64]) -> bool) -> bool {
+        if matches!(self.secondary, Secondary::None) {
+            return true;
+        }
+        let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, &mut Memory::default()).dq;
+        let mut kept = alone;
+        bounds.keep(&alone[..q.len()], &mut kept[..q.len()]);
+        astray(&kept[..q.len()])
+    }
+
     /// What position and speed limits leave room for within a tick.
     #[inline(always)]
     fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<'_, C> {
         let (limits, dt) = (self.robot.limits(), self.settings.dt);
         let mut out = RateBounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], speed: &limits.qd_max, returning: false };
-        out.returning = speed_bounds(limits, q, dt, &mut out.low, &mut out.high);
+        out.returning = self.settings.limits && speed_bounds(limits, q, dt, &mut out.low, &mut out.high);
         out
     }
 
@@ -288,17 +328,22 @@ impl RateSolver {
         norm(w).max(norm(v) / self.settings.length)
     }
 
+    /// One iteration towards a target, or none where its motion is shorter than `stop`: whether it was long enough.
     #[inline(always)]
-    fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, memory: &mut Memory) {
+    fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, stop: f64, memory: &mut Memory) -> bool {
         let motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
+        if motion.dq[..q.len()].iter().map(|x| x * x).sum::<f64>().sqrt() < stop {
+            return false;
+        }
         let largest = motion.dq[..q.len()].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         if !largest.is_finite() {
-            return;
+            return true;
         }
         let shorter = if largest > LARGEST_MOTION { LARGEST_MOTION / largest } else { 1.0 };
         for (x, dx) in q.iter_mut().zip(&motion.dq) {
             *x += shorter * dx;
         }
+        true
     }
 
     /// Newton onto a target within limits, if any: whether it came there, and its steps.
@@ -351,20 +396,18 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
         return StepStatus::Damped;
     }
     rates[..n].copy_from_slice(&motion.dq[..n]);
-    if solver.settings.limits {
-        let bounds = solver.bounds::<C>(q);
-        let held = !bounds.hold(&rates[..n]);
-        if held {
-            solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
-        }
-        if held || bounds.returning {
-            return if bounds.returning { StepStatus::Returning } else { StepStatus::Limited };
-        }
+    let bounds = solver.bounds::<C>(q);
+    let limited = !bounds.hold(&rates[..n]);
+    if limited {
+        solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
-    match (motion.damped, motion.complete) {
-        (true, _) => StepStatus::Damped,
-        (false, false) => StepStatus::TaskOnly,
-        (false, true) => StepStatus::Regular,
+    let rests = solver.rest(q, &motion, twist, &bounds, &mut rates[..n]);
+    match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
+        _ if bounds.returning => StepStatus::Returning,
+        (true, ..) => StepStatus::Limited,
+        (_, true, _) => StepStatus::Damped,
+        (_, _, false) => StepStatus::TaskOnly,
+        _ => StepStatus::Regular,
     }
 }
 
@@ -376,11 +419,13 @@ fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memor
     let mut done = 0;
     for _ in 0..settings.iterations {
         done += 1;
-        solver.iterate::<C>(target, &mut q[..n], settings.relaxation, memory);
+        if !solver.iterate::<C>(target, &mut q[..n], settings.relaxation, settings.stop, memory) {
+            break;
+        }
     }
     while settings.correct && done < settings.iterations + CORRECTIONS && solver.error_size::<C>(target, &q[..n]) > settings.tolerance {
         done += 1;
-        solver.iterate::<C>(target, &mut q[..n], 0.0, memory);
+        solver.iterate::<C>(target, &mut q[..n], 0.0, 0.0, memory);
     }
     if settings.correct && solver.error_size::<C>(target, &q[..n]) > settings.tolerance.max(0.5 * ON_TARGET) {
         let mut direct = [0.0; MAX_JOINTS];

@@ -1,5 +1,6 @@
 //! The orthogonal SQP as an object: its settings and its closed-loop rate step.
 
+mod constraint;
 pub(crate) mod reduce;
 mod solve;
 mod step;
@@ -14,12 +15,18 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
+use crate::resolve::nearest::Asked;
 use crate::robot::Robot;
-use crate::task::Task;
-pub(super) use step::{Bounds, Known, newton_step};
+use crate::task::{Constraint, Task};
+pub use constraint::ConstraintAt;
+pub use solve::Iteration;
+pub(super) use step::{Bounds, Known, NewtonStep, newton_step};
 
 /// Largest free motion of a joint in one step [rad or m].
 pub(super) const RADIUS: f64 = 0.3;
+
+/// Damping of a tick that cannot follow its task, as a part of the squared size of the task's Jacobian.
+const DAMPING: f64 = 1e-8;
 
 /// Settings of [`OrthogonalSqp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -141,14 +148,24 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let (w, v) = halves(twist);
     let wanted = directions.reduce(w, v).map(|x| dt * x);
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
-    let known = Known { jacobian: &columns, objective: &objective, directions: &directions, wanted };
+    let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
     if limits {
         returning = speed_bounds(solver.robot.limits(), q, dt, &mut low, &mut high);
         (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
     let fraction = (gain * dt).min(1.0);
-    let step = newton_step(&known, &Bounds { low, high, radius: RADIUS * fraction, gain: fraction });
+    let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
+    let mut step = newton_step(&known, &bounds);
+    let rows = directions.rows(&columns);
+    let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted };
+    // The free motion alone may lead the tool aside by little, which the next tick makes up for.
+    if asked.goes_astray(&step.dq) && asked.goes_astray(&step.task_within(&bounds, n)) {
+        if let Some((dq, held)) = asked.nearest(&low, &high, DAMPING) {
+            step.dq = dq;
+            step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
+        }
+    }
     for i in 0..n {
         rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
     }

@@ -1,35 +1,81 @@
 //! The Hessian of the Lagrangian in the free motion of a task: `Z' (H - sum lambda d2h) Z`.
 
-use crate::kinematics::sized::{Jacobian, jacobian_rate};
-use crate::linalg::Rows6;
+use crate::kinematics::sized::{Jacobian, jacobian, jacobian_rate};
 use crate::linalg::vector::{Vec3, dot};
-use crate::task::Directions;
+use crate::linalg::{Row6, Rows6};
+use crate::robot::Robot;
+use crate::task::{Constraint, Target, Task};
+
+/// Step of central differences of the constraint's Jacobian [rad or m]: errors of the step and of rounding are of one size.
+const STEP: f64 = 1e-5;
+
+/// A target whose constraint has directions that turn with the free motion.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turning<'a> {
+    pub robot: &'a Robot,
+    pub task: &'a Task,
+    pub target: &'a Target,
+    pub length: f64,
+    pub q: &'a [f64],
+    /// Joints that stand at a limit, one bit a joint.
+    pub held: u32,
+}
 
 /// The curvature of the task's constraints h at a posture, weighted by the forces lambda that hold the posture on its target against a gradient.
 pub(crate) struct Curvature<'a, const C: usize> {
     jacobian: &'a Jacobian<C>,
+    lambda: Row6,
     force: (Vec3, Vec3),
+    turning: Option<Turning<'a>>,
 }
 
 impl<'a, const C: usize> Curvature<'a, C> {
-    /// From the task's directions, the pseudo-inverse of its Jacobian and the gradient: lambda is the gradient as far as the task holds it.
+    /// From the constraint, the pseudo-inverse of its Jacobian and the gradient: lambda is the gradient as far as the task holds it.
     #[inline(always)]
-    pub fn new(jacobian: &'a Jacobian<C>, directions: &Directions, pseudo_inverse: &Rows6<C>, gradient: &[f64; C]) -> Self {
+    pub fn new(
+        jacobian: &'a Jacobian<C>,
+        constraint: &Constraint,
+        turning: Option<Turning<'a>>,
+        pseudo_inverse: &Rows6<C>,
+        gradient: &[f64; C],
+    ) -> Self {
         let mut lambda = [0.0; 6];
         for i in 0..jacobian.n() {
-            for c in 0..directions.dimension() {
+            for c in 0..constraint.dimension() {
                 lambda[c] += pseudo_inverse[c][i] * gradient[i];
             }
         }
-        Self { jacobian, force: directions.expand(&lambda) }
+        Self { jacobian, lambda, force: constraint.expand(&lambda), turning }
     }
 
-    /// `f(a)_i = lambda . (dJ/dt along a)_i`: the curvature as a bilinear form, to be symmetrised, along one direction.
+    /// `f(a)_i = lambda . (dA/dt along a)_i` with A the constraint's Jacobian: the curvature as a bilinear form, to be symmetrised, along one direction.
     #[inline(always)]
     pub fn along(&self, direction: &[f64; C]) -> [f64; C] {
+        if let Some(turning) = &self.turning {
+            return self.difference(turning, direction);
+        }
         let rate = jacobian_rate(self.jacobian, direction);
         let (w, v) = self.force;
         std::array::from_fn(|i| if i < self.jacobian.n() { dot(w, rate.w[i]) + dot(v, rate.v[i]) } else { 0.0 })
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn difference(&self, at: &Turning<'_>, direction: &[f64; C]) -> [f64; C] {
+        let n = at.q.len();
+        let mut out = [0.0; C];
+        for step in [STEP, -STEP] {
+            let mut q = [0.0; C];
+            for i in 0..n {
+                q[i] = at.q[i] + if at.held >> i & 1 == 0 { step * direction[i] } else { 0.0 };
+            }
+            let (tool, columns) = jacobian::<C>(at.robot, &q[..n]);
+            let rows = at.task.constraint(&tool, at.target, at.length).jacobian(&columns);
+            for i in (0..n).filter(|i| at.held >> i & 1 == 0) {
+                out[i] += (0..6).map(|c| self.lambda[c] * rows[c][i]).sum::<f64>() / (2.0 * step);
+            }
+        }
+        out
     }
 
     /// The reduced Hessian for the first `r` directions of the free motion, and [`Curvature::along`] each of them.

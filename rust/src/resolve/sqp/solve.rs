@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{Bounds, Known, OrthogonalSqp, RADIUS, newton_step};
+use super::reduce::Turning;
+use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
-use crate::inverse::reach_sized;
+use crate::inverse::reach_holding;
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
@@ -18,8 +19,12 @@ use crate::task::{Target, Task};
 
 /// Trial lengths of one step.
 const MAX_HALVINGS: usize = 12;
-/// A Newton step of the free motion below this has settled: the next would be its square [rad or m].
-const SETTLED: f64 = 1e-6;
+/// A step of the free motion below this has settled [rad or m].
+const SETTLED: f64 = 1e-9;
+/// One below this has, if steps shrink by so much that the next would be below [`NEXT`] [rad or m].
+const NEARLY_SETTLED: f64 = 1e-6;
+/// A step that need not be taken [rad or m].
+const NEXT: f64 = 1e-12;
 /// Steps of the way to a target from afar.
 const REACH_ITERATIONS: usize = 60;
 /// Steps of the way back to it after a free motion.
@@ -28,6 +33,8 @@ const RETURN_ITERATIONS: usize = 8;
 const SUFFICIENT: f64 = 1e-4;
 /// What rounding alone can add to a value, relative to it and 1.
 const ROUNDING: f64 = 1e-13;
+/// The same beside a singularity, where an index loses digits.
+const UNTOLD: f64 = 1e-11;
 
 /// The iterate: everything known at a posture.
 struct Iterate<const C: usize> {
@@ -60,16 +67,39 @@ impl Resolver for OrthogonalSqp {
         if q0.len() != self.robot.n() {
             return Solution::nowhere();
         }
-        with_capacity!(self.robot.n(), solve(self, target, q0))
+        with_capacity!(self.robot.n(), solve(self, target, q0, &mut |_| {}))
     }
 }
 
 #[inline(never)]
-fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q0: &[f64]) -> Solution {
-    solver.solve_from::<C>(target, q0)
+fn solve<const C: usize>(solver: &OrthogonalSqp, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
+    solver.solve_from::<C>(target, q0, each)
+}
+
+/// A posture on the target on the way to a minimum.
+#[derive(Debug, Clone, Copy)]
+pub struct Iteration {
+    /// Joints; the first n count.
+    pub q: [f64; MAX_JOINTS],
+    /// Objective there.
+    pub value: f64,
+    /// Length of its gradient along the free motion that the limits leave.
+    pub gradient: f64,
+    /// Largest component of the step from there.
+    pub step: f64,
+    /// Evaluations of the objective up to there.
+    pub evaluations: usize,
 }
 
 impl OrthogonalSqp {
+    /// As [`Resolver::solve`]; `each` is told of every posture on the target.
+    pub fn trace(&self, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
+        if q0.len() != self.robot.n() {
+            return Solution::nowhere();
+        }
+        with_capacity!(self.robot.n(), solve(self, target, q0, each))
+    }
+
     #[inline(never)]
     fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<C> {
         let n = size::<C>(self.robot.n());
@@ -78,42 +108,40 @@ impl OrthogonalSqp {
         Iterate { q, tool, jacobian: columns, objective }
     }
 
-    /// Moves `q` onto the target; whether it got there.
+    /// Moves `q` onto the target, but for the joints that are held, one bit a joint; whether it got there.
     #[inline(always)]
-    fn restore<const C: usize>(&self, target: &Target, q: &mut [f64; C], iterations: usize) -> (bool, usize) {
+    fn restore<const C: usize>(&self, target: &Target, q: &mut [f64; C], held: u32, iterations: usize) -> (bool, usize) {
         let n = size::<C>(self.robot.n());
         let limits = self.settings.limits.then(|| self.robot.limits());
         let tolerance = self.settings.tolerance;
-        let found = reach_sized::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], tolerance, iterations);
+        let found =
+            reach_holding::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], held, tolerance, iterations);
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 
     #[inline(always)]
-    fn solve_from<const C: usize>(&self, target: &Target, q0: &[f64]) -> Solution {
+    fn solve_from<const C: usize>(&self, target: &Target, q0: &[f64], each: &mut dyn FnMut(&Iteration)) -> Solution {
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; C];
         q[..n].copy_from_slice(&q0[..n]);
-        let (reached, mut iterations) = self.restore(target, &mut q, REACH_ITERATIONS.min(self.settings.max_iterations));
+        let (reached, mut iterations) = self.restore(target, &mut q, 0, REACH_ITERATIONS.min(self.settings.max_iterations));
         let free = n > self.task.dimension();
         let mut now = self.iterate(q, if free { Order::Hessian } else { Order::Value });
         let mut settled = reached && !free;
         let order = if self.settings.exact_hessian { Order::Hessian } else { Order::Gradient };
+        let (mut before, mut evaluations) = (f64::INFINITY, 1);
         while reached && !settled && iterations < self.settings.max_iterations {
             iterations += 1;
-            let directions = self.task.directions(&now.tool, self.settings.length);
-            let known = Known { jacobian: &now.jacobian, objective: &now.objective, directions: &directions, wanted: [0.0; 6] };
-            let (low, high) = self.box_around::<C>(&now.q[..n]);
-            let step = newton_step(&known, &Bounds { low, high, radius: RADIUS, gain: 1.0 });
-            let last = step.free <= SETTLED;
+            let step = self.free_step(&now, target);
+            let q = std::array::from_fn(|i| now.q.get(i).copied().unwrap_or(0.0));
+            each(&Iteration { q, value: now.objective.value, gradient: step.gradient, step: step.free, evaluations });
             if step.free == 0.0 {
                 settled = step.status == StepStatus::Regular;
                 break;
             }
-            let Some(next) = self.descend(&now, target, &step.dq, step.slope, order) else {
-                // No descent along a descent direction: rounding has the last word, unless a limit had it.
-                settled = last;
-                break;
-            };
+            let last = settles(step.free, before);
+            before = step.free;
+            let Some(next) = self.descend(&now, target, &step, order, &mut evaluations) else { break };
             let previous = now;
             now = next;
             settled = last && step.status == StepStatus::Regular;
@@ -127,20 +155,43 @@ impl OrthogonalSqp {
         self.finish(&now, target, iterations, settled)
     }
 
+    /// The step of the free motion from an iterate on the target.
+    #[inline(always)]
+    fn free_step<const C: usize>(&self, now: &Iterate<C>, target: &Target) -> NewtonStep<C> {
+        let (robot, task, length) = (&*self.robot, &self.task, self.settings.length);
+        let q = &now.q[..size::<C>(robot.n())];
+        let constraint = task.constraint(&now.tool, target, length);
+        let turning = task.turns_with_free_motion().then_some(Turning { robot, task, target, length, q, held: 0 });
+        let known = Known { jacobian: &now.jacobian, objective: &now.objective, constraint: &constraint, turning, wanted: [0.0; 6] };
+        let (low, high) = self.box_around::<C>(q);
+        let bounds = Bounds { low, high, radius: RADIUS, gain: 1.0 };
+        let step = newton_step(&known, &bounds);
+        if step.held == 0 { step } else { holding(&known, &bounds, step) }
+    }
+
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
     #[inline(always)]
-    fn descend<const C: usize>(&self, now: &Iterate<C>, target: &Target, dq: &[f64; C], slope: f64, order: Order) -> Option<Iterate<C>> {
-        // What rounding alone can add.
-        let slack = ROUNDING * (now.objective.value.abs() + 1.0);
+    fn descend<const C: usize>(
+        &self,
+        now: &Iterate<C>,
+        target: &Target,
+        step: &NewtonStep<C>,
+        order: Order,
+        evaluations: &mut usize,
+    ) -> Option<Iterate<C>> {
+        // What rounding alone can add. A step that promises less than values can tell is taken at its word.
+        let size = now.objective.value.abs() + 1.0;
+        let slack = size * if step.slope.abs() <= UNTOLD * size { UNTOLD } else { ROUNDING };
         let mut alpha = 1.0;
         for _ in 0..MAX_HALVINGS {
             let mut q = now.q;
             for i in 0..C {
-                q[i] += alpha * dq[i];
+                q[i] += alpha * step.dq[i];
             }
-            if self.restore(target, &mut q, RETURN_ITERATIONS).0 {
+            if self.restore(target, &mut q, step.held, RETURN_ITERATIONS).0 {
+                *evaluations += 1;
                 let next = self.iterate(q, order);
-                if next.objective.value <= now.objective.value + SUFFICIENT * alpha * slope + slack {
+                if next.objective.value <= now.objective.value + SUFFICIENT * alpha * step.slope + slack {
                     return Some(next);
                 }
             }
@@ -163,6 +214,37 @@ impl OrthogonalSqp {
         };
         Solution { q, value: now.objective.value, position_error: norm(v), angle_error: norm(w), status, iterations }
     }
+}
+
+/// Whether a step is the last, by its size and that of the one before: of the next, those of Newton being squared, the ratio is squared.
+fn settles(step: f64, before: f64) -> bool {
+    step <= SETTLED || (step <= NEARLY_SETTLED && step * (step / before).powi(2) <= NEXT && before.is_finite())
+}
+
+/// The step with its joints at limits held: only then is the curvature that of the motion which is left, and convergence quadratic. The step as it is
+/// where nothing is left to move.
+#[inline(never)]
+fn holding<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>, step: NewtonStep<C>) -> NewtonStep<C> {
+    let (mut jacobian, mut objective, mut bounds) = (*known.jacobian, *known.objective, *bounds);
+    let (mut rest, mut wanted) = ([0.0; C], [0.0; 6]);
+    for i in (0..jacobian.n()).filter(|i| step.held >> i & 1 == 1) {
+        // The rest of the way to the limit, for which the others make up.
+        rest[i] = if bounds.high[i] - step.dq[i] < step.dq[i] - bounds.low[i] { bounds.high[i] } else { bounds.low[i] };
+        let column = known.constraint.reduce(jacobian.w[i], jacobian.v[i]);
+        wanted = std::array::from_fn(|c| wanted[c] - rest[i] * column[c]);
+        (jacobian.w[i], jacobian.v[i]) = ([0.0; 3], [0.0; 3]);
+        (bounds.low[i], bounds.high[i], objective.gradient[i]) = (0.0, 0.0, 0.0);
+        for k in 0..jacobian.n() {
+            (objective.hessian[i][k], objective.hessian[k][i]) = (0.0, 0.0);
+        }
+    }
+    let turning = known.turning.map(|turning| Turning { held: step.held, ..turning });
+    let mut out = newton_step(&Known { jacobian: &jacobian, objective: &objective, turning, wanted, ..*known }, &bounds);
+    if !(out.free > 0.0 && out.slope < 0.0) {
+        return step;
+    }
+    out.dq = std::array::from_fn(|i| out.dq[i] + rest[i]);
+    NewtonStep { status: StepStatus::Limited, held: step.held, ..out }
 }
 
 /// The direct BFGS update (3.51a) of the Hessian carried from the previous iterate.

@@ -2,10 +2,14 @@
 //!
 //! The task is two points of the tool a length apart (4.5): its Jacobian is that of the tool point and of the axis, the latter times the length
 //! (4.11). For a square regular Jacobian its null direction is that of (4.12); taken from the task's own Jacobian it exists for any number of
-//! joints and at singularities that the free motion can leave. The reduced Hessian is that of the Lagrangian, `Z'(H - sum lambda d2h) Z`: with the
+//! joints and at singularities that the free motion can leave. The reduced Hessian is that of the Lagrangian, `B = Z'(H - sum lambda d2h) Z`: with the
 //! objective's Hessian alone, as in (3.63), convergence is linear only.
+//!
+//! `du = -B^-1 (gain Z'g + drift)`: the distance to the minimum falls by the gain, and the drift, by which the motion of the task changes the slope
+//! Z'g, is made up for in full, so that the step keeps up with a minimum that moves. It is `Z'H dv - lambda . (dJ/dt along Z) dv`. A distance of
+//! second order in dv, as a tick of constant rates leaves it, is closed at once whatever the gain: the lag is of second order in the tick.
 
-use super::reduce::Curvature;
+use super::reduce::{Curvature, Turning};
 use crate::index::sized::Evaluation;
 use crate::kinematics::sized::Jacobian;
 use crate::linalg::damped::damped_step;
@@ -14,7 +18,7 @@ use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{Row6, Rows6, size};
 use crate::qp::{self, ActiveSet, DenseRow, Place, Problem, Side, Status};
 use crate::resolve::StepStatus;
-use crate::task::Directions;
+use crate::task::Constraint;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
 const NEARLY_SINGULAR: f64 = 1e-4;
@@ -22,10 +26,17 @@ const NEARLY_SINGULAR: f64 = 1e-4;
 const FLAT: f64 = 1e-12;
 /// Eigenvalues of the reduced Hessian are kept above this multiple of the largest.
 const LEAST_CURVATURE: f64 = 1e-8;
+/// Part of the free motion that keeps up with a moving minimum at most, as a multiple of the largest joint motion for the task: where the curvature
+/// vanishes minima move infinitely fast.
+const KEEPS_UP: f64 = 10.0;
+/// Distance to the minimum that is closed at once, as a multiple of the squared motion for the task \[1/rad\].
+const AT_ONCE: f64 = 10.0;
 /// A joint that a unit of the free motion moves by less than this is not moved by it: no limit of it counts.
 const UNMOVED: f64 = 1e-12;
 /// A step beyond a bound by no more than this part of the task's own motion is within it: less than a twist can tell.
 const AT_BOUND: f64 = 1e-12;
+/// A joint this near to a limit that a step takes it to stands at it [rad or m].
+const NEARLY_AT: f64 = 1e-3;
 
 /// What is known at a posture.
 #[derive(Debug, Clone, Copy)]
@@ -34,8 +45,10 @@ pub(in crate::resolve) struct Known<'a, const C: usize> {
     pub jacobian: &'a Jacobian<C>,
     /// Objective with gradient and Hessian (exact or approximate).
     pub objective: &'a Evaluation<C>,
-    /// The task's directions.
-    pub directions: &'a Directions,
+    /// The task.
+    pub constraint: &'a Constraint,
+    /// The target, where the constraint's directions turn with the free motion.
+    pub turning: Option<Turning<'a>>,
     /// The components of the motion wanted.
     pub wanted: Row6,
 }
@@ -58,10 +71,16 @@ pub(in crate::resolve) struct Bounds<const C: usize> {
 pub(in crate::resolve) struct NewtonStep<const C: usize> {
     /// The step.
     pub dq: [f64; C],
+    /// Its part for the task alone, without regard to limits.
+    pub task: [f64; C],
     /// First-order change of the objective along the free motion: zero or below.
     pub slope: f64,
+    /// Length of the objective's gradient along the free motion.
+    pub gradient: f64,
     /// Largest component of the free part of the step.
     pub free: f64,
+    /// Joints that stand at a limit which the free motion would cross, or come to it, one bit a joint.
+    pub held: u32,
     /// How it came about.
     pub status: StepStatus,
 }
@@ -70,17 +89,17 @@ pub(in crate::resolve) struct NewtonStep<const C: usize> {
 #[inline(never)]
 pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
     let n = known.jacobian.n();
-    let m = known.directions.dimension();
-    let rows = known.directions.rows(known.jacobian);
-    let mut out = NewtonStep { dq: [0.0; C], slope: 0.0, free: 0.0, status: StepStatus::Regular };
+    let m = known.constraint.dimension();
+    let rows = known.constraint.jacobian(known.jacobian);
+    let mut out = NewtonStep { dq: [0.0; C], task: [0.0; C], slope: 0.0, gradient: 0.0, free: 0.0, held: 0, status: StepStatus::Regular };
     let factors = Orthogonal::new(&rows, n, m);
     if m > n || factors.spread() < NEARLY_SINGULAR {
         let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
         let damping = scale * NEARLY_SINGULAR * NEARLY_SINGULAR;
         out.dq = damped_step(&rows, &known.wanted, damping, n, m);
         out.status = StepStatus::Damped;
-        let task = out.dq;
-        clip(&mut out, &task, bounds, n);
+        out.task = out.dq;
+        out.clip(bounds, n);
         return out;
     }
     let p = factors.pseudo_inverse();
@@ -88,7 +107,7 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     for i in 0..n {
         dv[i] = (0..m).map(|r| p[r][i] * known.wanted[r]).sum();
     }
-    out.dq = dv;
+    (out.dq, out.task) = (dv, dv);
     let objective = known.objective;
     let usable = objective.value.is_finite()
         && (0..n).all(|k| objective.gradient[k].is_finite() && objective.hessian[k][..n].iter().all(|h| h.is_finite()));
@@ -98,42 +117,45 @@ pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, boun
     } else if !usable {
         out.status = StepStatus::TaskOnly;
     }
-    clip(&mut out, &dv, bounds, n);
+    out.clip(bounds, n);
     out
 }
 
 /// The quadratic model of the objective in the free motion.
 struct Reduced<const C: usize> {
     basis: [[f64; C]; C],
-    gradient: [f64; C],
     hessian: [[f64; C]; C],
+    /// Of the objective, at the posture.
     slopes: [f64; C],
+    /// Change of the slopes by the motion of the task.
+    drift: [f64; C],
 }
 
 #[inline(always)]
 fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6<C>, dv: &[f64; C], n: usize, m: usize) -> Reduced<C> {
     let r = size::<C>(n) - m;
     let objective = known.objective;
-    let curvature = Curvature::new(known.jacobian, known.directions, p, &objective.gradient);
+    let curvature = Curvature::new(known.jacobian, known.constraint, known.turning, p, &objective.gradient);
     let inner = |a: &[f64; C], b: &[f64; C]| (0..n).map(|i| a[i] * b[i]).sum::<f64>();
     let mut hdv = [0.0; C];
     for k in 0..n {
         hdv[k] = inner(&objective.hessian[k], dv);
     }
-    let bent_dv = curvature.along(dv);
     let (steepness, sharpness) = sizes(objective, n);
     let (hessian, bent) = curvature.reduced_hessian(&objective.hessian, basis, r);
-    let mut out = Reduced { basis: *basis, gradient: [0.0; C], hessian, slopes: [0.0; C] };
+    let mut out = Reduced { basis: *basis, hessian, slopes: [0.0; C], drift: [0.0; C] };
     for a in 0..r {
         let z = &basis[a];
         out.slopes[a] = inner(z, &objective.gradient);
-        out.gradient[a] = out.slopes[a] + inner(z, &hdv) - 0.5 * (inner(&bent[a], dv) + inner(&bent_dv, z));
+        out.drift[a] = inner(z, &hdv) - inner(&bent[a], dv);
     }
     // A motion that the objective does not feel is not taken; the curvature put in its place keeps the model convex.
     for a in 0..r {
-        let felt = out.gradient[a].abs() > FLAT * (steepness + sharpness * dv.iter().fold(0.0f64, |m, x| m.max(x.abs())));
-        if !felt {
-            out.gradient[a] = 0.0;
+        if out.slopes[a].abs() <= FLAT * steepness {
+            out.slopes[a] = 0.0;
+        }
+        if out.drift[a].abs() <= FLAT * sharpness * largest(dv) {
+            out.drift[a] = 0.0;
         }
         if out.hessian[a][a].abs() <= FLAT * sharpness {
             out.hessian[a][a] = LEAST_CURVATURE * sharpness;
@@ -142,22 +164,31 @@ fn reduce<const C: usize>(known: &Known<'_, C>, basis: &[[f64; C]; C], p: &Rows6
     out
 }
 
+/// The largest entry.
+#[inline(always)]
+fn largest(row: &[f64]) -> f64 {
+    row.iter().fold(0.0f64, |m, x| m.max(x.abs()))
+}
+
 /// The largest entries of gradient and Hessian.
 #[inline(always)]
 fn sizes<const C: usize>(objective: &Evaluation<C>, n: usize) -> (f64, f64) {
-    let largest = |row: &[f64]| row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     (largest(&objective.gradient[..n]), objective.hessian[..n].iter().fold(0.0f64, |m, row| m.max(largest(&row[..n]))))
 }
 
 /// Minimises the convexified model within the bounds and adds the free motion to the step.
 #[inline(always)]
 fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
+    out.gradient = reduced.slopes[..r].iter().map(|x| x * x).sum::<f64>().sqrt();
+    let radius = bounds.radius + KEEPS_UP * largest(&dv[..n]);
+    let bounds = &Bounds { radius, ..*bounds };
     let u = if r == 1 { one_freedom(reduced, dv, bounds, n) } else { many_freedoms(reduced, dv, bounds, n, r) };
-    let Some((u, held)) = u else {
+    let Some((u, limited, held)) = u else {
         out.status = StepStatus::Limited;
         return;
     };
-    if held {
+    out.held = held;
+    if limited {
         out.status = StepStatus::Limited;
     }
     for i in 0..n {
@@ -168,14 +199,21 @@ fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     out.slope = (0..r).map(|a| reduced.slopes[a] * u[a]).sum();
 }
 
+/// Motion along a free direction, by slope, drift and curvature there; `task` is the largest joint motion for the task.
+#[inline(always)]
+fn wanted(slope: f64, drift: f64, curvature: f64, gain: f64, task: f64) -> f64 {
+    let distance = (slope / curvature).abs();
+    let closed = (gain * distance).max(distance.min(AT_ONCE * task * task));
+    // A maximum that moves is not followed.
+    if curvature > 0.0 { -drift / curvature - closed.copysign(slope) } else { -closed.copysign(slope) }
+}
+
 /// One freedom: the Newton step cut to an interval, and whether a limit cut it; `None` when the interval is empty.
 #[inline(always)]
-fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<([f64; C], bool)> {
+fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<([f64; C], bool, u32)> {
     let z = &reduced.basis[0];
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut largest = 0.0f64;
     for i in 0..n {
-        largest = largest.max(z[i].abs());
         if z[i].abs() < UNMOVED {
             continue;
         }
@@ -186,27 +224,40 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     if low > high {
         return None;
     }
-    let curvature = reduced.hessian[0][0].abs();
-    let newton = if curvature > 0.0 { -bounds.gain * reduced.gradient[0] / curvature } else { 0.0 };
-    let radius = bounds.radius / largest;
+    let curvature = reduced.hessian[0][0];
+    let newton =
+        if curvature == 0.0 { 0.0 } else { wanted(reduced.slopes[0], reduced.drift[0], curvature, bounds.gain, largest(&dv[..n])) };
+    let radius = bounds.radius / largest(&z[..n]);
     let mut u = [0.0; C];
     let wanted = newton.clamp(-radius, radius);
     u[0] = wanted.clamp(low, high);
-    Some((u, u[0] != wanted))
+    Some((u, u[0] != wanted, 0))
 }
 
-/// Several freedoms: a convex QP in the free motion, and whether a limit holds it.
+/// Several freedoms: a convex QP in the free motion, whether a limit holds it, and the joints that stand at one.
 #[inline(never)]
-fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize, r: usize) -> Option<([f64; C], bool)> {
+fn many_freedoms<const C: usize>(
+    reduced: &Reduced<C>,
+    dv: &[f64; C],
+    bounds: &Bounds<C>,
+    n: usize,
+    r: usize,
+) -> Option<([f64; C], bool, u32)> {
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
-    let largest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
+    let sharpest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
     let mut h = [[0.0; C]; C];
     let mut g = [0.0; C];
-    for a in 0..r {
-        g[a] = bounds.gain * reduced.gradient[a];
-        for b in 0..r {
-            h[a][b] = (0..r).map(|i| vectors[a][i] * vectors[b][i] * values[i][i].abs().max(LEAST_CURVATURE * largest)).sum();
+    for i in 0..r {
+        let (curvature, along) =
+            (values[i][i].abs().max(LEAST_CURVATURE * sharpest), |x: &[f64; C]| (0..r).map(|a| vectors[a][i] * x[a]).sum::<f64>());
+        let move_i =
+            wanted(along(&reduced.slopes), along(&reduced.drift), curvature.copysign(values[i][i]), bounds.gain, largest(&dv[..n]));
+        for a in 0..r {
+            g[a] -= curvature * move_i * vectors[a][i];
+            for b in 0..r {
+                h[a][b] += curvature * vectors[a][i] * vectors[b][i];
+            }
         }
     }
     let mut rows = [DenseRow::OPEN; C];
@@ -227,36 +278,51 @@ fn many_freedoms<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &B
     }
     let mut u = [0.0; C];
     u[..r].copy_from_slice(&solution.x[..r]);
+    let active = solution.active.as_slice();
     // A row that the radius bounds is none of the box.
-    let held = solution.active.as_slice().iter().any(|item| match (item.place, item.side) {
+    let limited = active.iter().any(|item| match (item.place, item.side) {
         (Place::Row(i), Side::Lower) => rows[i].lower == bounds.low[i] - dv[i],
         (Place::Row(i), Side::Upper) => rows[i].upper == bounds.high[i] - dv[i],
         (Place::Bound(_), _) => false,
     });
-    Some((u, held))
+    let stands = |i: usize, side: Side| if side == Side::Lower { bounds.low[i] >= -NEARLY_AT } else { bounds.high[i] <= NEARLY_AT };
+    let held = active.iter().fold(0, |held, item| match item.place {
+        Place::Row(i) if stands(i, item.side) => held | 1 << i,
+        _ => held,
+    });
+    Some((u, limited, held))
 }
 
-/// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
-#[inline(always)]
-fn clip<const C: usize>(out: &mut NewtonStep<C>, task: &[f64; C], bounds: &Bounds<C>, n: usize) {
-    let little = AT_BOUND * task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
-    let mut factor = 1.0f64;
-    for i in 0..n {
-        let room = if out.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
-        let needed = out.dq[i].abs();
-        if needed > room + little && room > little {
-            factor = factor.min(room / needed);
+impl<const C: usize> NewtonStep<C> {
+    /// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
+    #[inline(never)]
+    pub fn clip(&mut self, bounds: &Bounds<C>, n: usize) {
+        let little = AT_BOUND * self.task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
+        let mut factor = 1.0f64;
+        for i in 0..n {
+            let room = if self.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
+            let needed = self.dq[i].abs();
+            if needed > room + little && room > little {
+                factor = factor.min(room / needed);
+            }
+        }
+        let mut cut = factor < 1.0;
+        for i in 0..n {
+            let wanted = factor * self.dq[i];
+            let clamped = if wanted.is_nan() { 0.0 } else { wanted }.max(bounds.low[i]).min(bounds.high[i]);
+            cut |= (wanted - clamped).abs() > little;
+            self.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
+        }
+        if cut {
+            self.status = StepStatus::Limited;
         }
     }
-    let mut cut = factor < 1.0;
-    for i in 0..n {
-        let wanted = factor * out.dq[i];
-        let clamped = if wanted.is_nan() { 0.0 } else { wanted }.max(bounds.low[i]).min(bounds.high[i]);
-        cut |= (wanted - clamped).abs() > little;
-        out.dq[i] = if clamped.is_finite() { clamped } else { 0.0 };
-    }
-    if cut {
-        out.status = StepStatus::Limited;
+
+    /// The part for the task alone, within its box.
+    pub fn task_within(&self, bounds: &Bounds<C>, n: usize) -> [f64; C] {
+        let mut alone = Self { dq: self.task, ..*self };
+        alone.clip(bounds, n);
+        alone.dq
     }
 }

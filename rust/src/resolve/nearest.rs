@@ -1,0 +1,149 @@
+//! The motion of a tick that brings the tool nearest to where it should be, where following the task exactly does not: in front of a goal that is
+//! out of reach, or behind limits.
+//!
+//! A tick moves the tool by `J dq + dq'(d2h)dq / 2`. Beside a singularity, rates that solve `J dq = b` promise a motion that the second term takes back: a
+//! robot that follows them jumps to and fro over the posture at which it should rest. There the motion minimises the second-order model of what is
+//! missing at the end of the tick, `|b - A dq|^2 / 2 - b . d2h(dq, dq) / 2`: Newton's method for the nearest posture, where that of Gauss and Newton
+//! leaves the second term out. For a tick that asks for a part of the error its curvature is at least that part of the error's own, so that no
+//! step goes farther than the nearest posture.
+
+use crate::kinematics::sized::{Jacobian, bending, jacobian_rate};
+use crate::linalg::cholesky::Cholesky;
+use crate::linalg::symmetric::positive_part;
+use crate::linalg::vector::{add, dot, scale};
+use crate::linalg::{Row6, Rows6};
+use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
+use crate::task::Directions;
+
+/// Curvature along a motion that need not count, as a part of the slope along it: a step that leaves it out goes beyond the minimum by no more than
+/// that part. From twice as much on all of it counts.
+const LITTLE: f64 = 0.5;
+/// Part of a motion that may be missing at the end of a tick for it to count as followed.
+const MISSING: f64 = 0.1;
+/// The same on the whole way to a stop, where half is missing at the posture from which the tool turns back.
+const TURNED: f64 = 0.5;
+/// Damping that is always there, as a part of the squared size of the task's Jacobian.
+const LEAST_DAMPING: f64 = 1e-12;
+
+/// What a tick asks of the tool.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked<'a, const C: usize> {
+    /// Jacobian.
+    pub jacobian: &'a Jacobian<C>,
+    /// The task's directions.
+    pub directions: &'a Directions,
+    /// The task's Jacobian by rows.
+    pub rows: &'a Rows6<C>,
+    /// Components of the motion wanted.
+    pub wanted: &'a Row6,
+}
+
+impl<const C: usize> Asked<'_, C> {
+    /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
+    #[inline(never)]
+    pub fn part_that_counts(&self, motion: &[f64; C], slope: f64) -> f64 {
+        let (moment, force) = self.directions.expand(self.wanted);
+        let rate = jacobian_rate(self.jacobian, motion);
+        let mut curvature = 0.0;
+        for i in 0..self.jacobian.n() {
+            curvature -= motion[i] * (dot(moment, rate.w[i]) + dot(force, rate.v[i]));
+        }
+        if curvature > LITTLE * slope { (curvature / (LITTLE * slope.max(0.0)) - 1.0).min(1.0) } else { 0.0 }
+    }
+
+    /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
+    fn missing(&self, motion: &[f64; C], share: f64) -> Row6 {
+        let rate = jacobian_rate(self.jacobian, motion);
+        let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
+        for i in 0..self.jacobian.n() {
+            let half = 0.5 * motion[i];
+            w = add(w, add(scale(motion[i], self.jacobian.w[i]), scale(half, rate.w[i])));
+            v = add(v, add(scale(motion[i], self.jacobian.v[i]), scale(half, rate.v[i])));
+        }
+        let done = self.directions.reduce(w, v);
+        std::array::from_fn(|c| share * self.wanted[c] - done[c])
+    }
+
+    /// Whether a motion leaves much of what is wanted.
+    #[inline(never)]
+    pub fn falls_short(&self, motion: &[f64; C]) -> bool {
+        square(&self.missing(motion, 1.0)) > MISSING * MISSING * square(self.wanted)
+    }
+
+    /// Whether a motion, which may be slower than wanted, leads much elsewhere than in that direction.
+    #[inline(always)]
+    pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
+        self.strays_by(motion, MISSING)
+    }
+
+    /// Whether a motion leads farther than where the tool turns back, by the curvature of its way.
+    pub fn turns_back(&self, motion: &[f64; C]) -> bool {
+        self.strays_by(motion, TURNED)
+    }
+
+    #[inline(never)]
+    fn strays_by(&self, motion: &[f64; C], most: f64) -> bool {
+        let whole = square(self.wanted);
+        let along: f64 = self.made(motion).iter().zip(self.wanted).map(|(a, b)| a * b).sum();
+        let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
+        share == 0.0 || square(&self.missing(motion, share)) > most * most * share * share * whole
+    }
+
+    /// The components of the tool's motion.
+    fn made(&self, motion: &[f64; C]) -> Row6 {
+        std::array::from_fn(|c| self.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum())
+    }
+
+    /// The factor that makes a motion move the tool no farther than wanted, as far as the task looks at it.
+    pub fn slower(&self, motion: &[f64; C]) -> f64 {
+        (square(self.wanted) / square(&self.made(motion))).sqrt().min(1.0)
+    }
+
+    /// The curvature of the model: minus the product of what is wanted with the second derivative of the tool's pose.
+    #[inline(never)]
+    pub fn curvature(&self) -> [[f64; C]; C] {
+        let (moment, force) = self.directions.expand(self.wanted);
+        bending(self.jacobian, scale(-1.0, moment), scale(-1.0, force))
+    }
+
+    /// The motion within bounds that minimises the model, damped by `damping` times the squared size of the task's Jacobian, and whether bounds hold it.
+    #[cold]
+    #[inline(never)]
+    pub fn nearest(&self, low: &[f64; C], high: &[f64; C], damping: f64) -> Option<([f64; C], bool)> {
+        let n = self.jacobian.n();
+        let (mut h, mut g) = ([[0.0; C]; C], [0.0; C]);
+        let mut size = 0.0;
+        for (row, wanted) in self.rows.iter().zip(self.wanted) {
+            for i in 0..n {
+                g[i] -= row[i] * wanted;
+                size += row[i] * row[i];
+                for j in 0..n {
+                    h[i][j] += row[i] * row[j];
+                }
+            }
+        }
+        let damping = damping.max(LEAST_DAMPING) * size;
+        for (i, row) in h.iter_mut().enumerate().take(n) {
+            row[i] += damping;
+        }
+        let h = with_curvature(&h, self.curvature(), damping, n);
+        let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: low, upper: high, rows: &[] as &[DenseRow<C>] }, &ActiveSet::default());
+        (found.status == Status::Solved).then_some((found.x, found.active.len() > 0))
+    }
+}
+
+/// A matrix, whose eigenvalues are at least `least`, with a curvature added: all of it where half of `least` is left, else its positive part.
+#[inline(never)]
+pub(super) fn with_curvature<const C: usize>(h: &[[f64; C]; C], curvature: [[f64; C]; C], least: f64, n: usize) -> [[f64; C]; C] {
+    let sum = |extra: &[[f64; C]; C]| std::array::from_fn::<_, C, _>(|i| std::array::from_fn::<_, C, _>(|j| h[i][j] + extra[i][j]));
+    let whole = sum(&curvature);
+    let mut left = whole;
+    for (i, row) in left.iter_mut().enumerate() {
+        row[i] -= 0.5 * least;
+    }
+    if Cholesky::<C>::new(&left, n).is_some() { whole } else { sum(&positive_part(curvature, n)) }
+}
+
+fn square(x: &Row6) -> f64 {
+    x.iter().map(|x| x * x).sum()
+}

@@ -1,0 +1,168 @@
+//! How a tick comes to rest in front of a goal that is out of reach.
+
+use super::programme::{Constraints, Cost, solve};
+use super::solver::{Programme, QuadraticSolver};
+use crate::linalg::Row6;
+use crate::qp::{ActiveSet, Minimum, Status};
+use crate::resolve::bounds::fastest;
+use crate::resolve::nearest::{Asked, with_curvature};
+
+/// Least part of an error that a tick is thought to ask for.
+const LEAST_SHARE: f64 = 1e-4;
+/// A motion of the tool below this [rad or m] does not tell what part of the error was asked for.
+const TELLING: f64 = 1e-9;
+
+/// What two ticks tell of the part of the error that each asks for: how the motion that is asked for changes with the motion that was made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closing {
+    wanted: Row6,
+    made: Row6,
+    share: f64,
+}
+
+impl Default for Closing {
+    fn default() -> Self {
+        Self { wanted: [0.0; 6], made: [0.0; 6], share: 1.0 }
+    }
+}
+
+impl Closing {
+    /// The part of the error that this tick asks for: all of it until two ticks have told.
+    fn share(&mut self, wanted: &Row6) -> f64 {
+        let square: f64 = self.made.iter().map(|x| x * x).sum();
+        let change: f64 = (0..6).map(|c| (self.wanted[c] - wanted[c]) * self.made[c]).sum();
+        if square > TELLING * TELLING && change > 0.0 {
+            self.share = (change / square).clamp(LEAST_SHARE, 1.0);
+        }
+        self.share
+    }
+
+    /// After a tick that made a motion.
+    fn remember<const C: usize>(&mut self, asked: &Asked<'_, C>, motion: &[f64; C]) {
+        self.wanted = *asked.wanted;
+        self.made = std::array::from_fn(|c| asked.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum());
+    }
+}
+
+impl QuadraticSolver {
+    /// Rates that lead where they promise to over the tick: those found, or those of the second-order model.
+    #[inline(always)]
+    pub(super) fn nearest<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        found: Minimum<C>,
+        closing: &mut Closing,
+    ) -> Minimum<C> {
+        let dt = programme.dt;
+        let wanted = programme.wanted.map(|x| dt * x);
+        let asked = Asked { jacobian: programme.jacobian, directions: &programme.directions, rows: &programme.rows, wanted: &wanted };
+        if programme.bounds.brakes {
+            return self.braked(programme, at, found, &asked, closing);
+        }
+        let slope: f64 = programme.cost.g.iter().zip(&found.x).map(|(g, x)| -g * x).sum();
+        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
+        if part > 0.0 { self.curved(programme, at, found, &asked) } else { found }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn curved<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        found: Minimum<C>,
+        asked: &Asked<'_, C>,
+    ) -> Minimum<C> {
+        // Where rows drive a motion up the slope of the cost, its own curvature tells.
+        let bent = |row: &[f64; C]| row.iter().zip(&found.x).map(|(h, x)| h * x).sum::<f64>();
+        let own: f64 = programme.cost.h.iter().zip(&found.x).map(|(row, x)| x * bent(row)).sum();
+        let dt = programme.dt;
+        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
+        if part == 0.0 {
+            return found;
+        }
+        let again = solve(&self.second_order(programme, asked, part, 1.0), at, programme.n, &found.active);
+        if again.status == Status::Solved { again } else { found }
+    }
+
+    /// The second-order model of the cost, with a part of its curvature, of a tick that asks for the whole error, of which `share` is wanted now.
+    fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, part: f64, share: f64) -> Cost<C> {
+        let n = programme.n;
+        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let curvature = asked.curvature().map(|row| row.map(|x| part * programme.tick.stiffness / share * x));
+        Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g.map(|x| x / share) }
+    }
+
+    /// The same for joints that need time to brake: where they would stray on the way to a stop, rates from which each comes to rest at the minimum of
+    /// the model, which is then one of motions until it stands.
+    #[inline(never)]
+    fn braked<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        mut found: Minimum<C>,
+        asked: &Asked<'_, C>,
+        closing: &mut Closing,
+    ) -> Minimum<C> {
+        let share = closing.share(asked.wanted);
+        if asked.falls_short(&found.x.map(|x| programme.dt * x)) && self.strays(programme, asked, share) {
+            let again = self.to_a_stop(programme, at, asked, share);
+            found = if again.status == Status::Solved { again } else { found };
+        }
+        closing.remember(asked, &found.x.map(|x| programme.dt * x));
+        found
+    }
+
+    /// Whether the tick could not do what it is asked for even if rates could change at once: then the goal is out of reach, and not only a tick away.
+    fn strays<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> bool {
+        let (n, dt, limits) = (programme.n, programme.dt, self.robot.limits());
+        let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        for i in 0..n {
+            lower[i] = ((limits.q_min[i] - programme.tick.q[i]) / dt).min(0.0);
+            upper[i] = ((limits.q_max[i] - programme.tick.q[i]) / dt).max(0.0);
+        }
+        let mut cost = Cost::<C>::of_rates(&self.settings().rate_weights[..n]);
+        cost.add_deviation(programme.tick.stiffness, asked.rows, &programme.wanted, programme.directions.dimension());
+        let free = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
+        let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / free.x[i].abs()));
+        let motion = std::array::from_fn(|i| self.until_rest(i, dt, slower * free.x[i]));
+        let whole = asked.wanted.map(|x| x / share);
+        free.status != Status::Solved || Asked { wanted: &whole, ..*asked }.turns_back(&motion)
+    }
+
+    /// How far joint `i` goes on from a rate until it stands, the tick included [rad or m].
+    fn until_rest(&self, i: usize, dt: f64, rate: f64) -> f64 {
+        let slowing = self.robot.limits().qdd_max.get(i).copied().unwrap_or(f64::INFINITY);
+        dt * rate + rate * rate.abs() / (2.0 * slowing)
+    }
+
+    fn to_a_stop<const C: usize>(
+        &self,
+        programme: &Programme<'_, C>,
+        at: &Constraints<'_, C>,
+        asked: &Asked<'_, C>,
+        share: f64,
+    ) -> Minimum<C> {
+        let (n, dt, slowing) = (programme.n, programme.dt, &self.robot.limits().qdd_max);
+        let cost = self.second_order(programme, asked, 1.0, share);
+        let lower = std::array::from_fn(|i| self.until_rest(i, dt, at.lower[i]) / dt);
+        let upper = std::array::from_fn(|i| self.until_rest(i, dt, at.upper[i]) / dt);
+        let mut out = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
+        for i in 0..n {
+            out.x[i] = fastest(dt * out.x[i].abs(), slowing[i], dt).copysign(out.x[i]);
+        }
+        // No faster than asked.
+        let slower = asked.slower(&out.x.map(|x| dt * x));
+        for i in 0..n {
+            out.x[i] = (slower * out.x[i]).clamp(at.lower[i], at.upper[i]);
+        }
+        if at.rows.is_empty() || out.status != Status::Solved {
+            return out;
+        }
+        // The nearest that rows allow.
+        let mut near = Cost::of_rates(&[1.0; C][..n]);
+        near.g = out.x.map(|x| -x);
+        solve(&near, at, n, &ActiveSet::default())
+    }
+}
