@@ -45,6 +45,8 @@ mod _core {
     #[pymodule_export]
     use super::resolve::quadratic::PyQuadraticProgram;
     #[pymodule_export]
+    use super::resolve::quadratic_beside::{PyFrameTask, PyPostureTask};
+    #[pymodule_export]
     use super::resolve::rate::{
         Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
         WeightedInverse,

@@ -32,6 +32,8 @@ use search::Search;
 
 /// Variables of a programme at most.
 pub const MAX_VARIABLES: usize = 20;
+/// Rows of a problem at most, where they are copied.
+pub(crate) const MOST_ROWS: usize = 64;
 
 /// `lower <= a'x <= upper`, an equality when both are the same; infinite limits do not count.
 #[derive(Debug, Clone, Copy)]
@@ -131,13 +133,20 @@ pub const fn most_changes(n: usize, rows: usize) -> usize {
     50 + 10 * (n + rows)
 }
 
+/// In the room for the most variables there are.
+#[inline(never)]
+fn wide(values: &[f64]) -> [f64; MAX_VARIABLES] {
+    let mut out = [0.0; MAX_VARIABLES];
+    out[..values.len()].copy_from_slice(values);
+    out
+}
+
 /// Solves a programme of at most [`MAX_VARIABLES`] variables, from the working set `start`: empty or of a similar programme, any set will do.
 ///
 /// An error tells of arrays that do not fit together; how the search ended is the solution's status.
 pub fn solve(programme: &Programme<'_>, start: &[Constraint]) -> Result<Solution> {
     programme.check()?;
     let n = programme.g.len();
-    let wide = |values: &[f64]| -> [f64; MAX_VARIABLES] { std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)) };
     let mut h = [[0.0; MAX_VARIABLES]; MAX_VARIABLES];
     for (i, row) in h.iter_mut().enumerate().take(n) {
         *row = wide(&programme.h[i * n..(i + 1) * n]);
@@ -194,10 +203,40 @@ pub(crate) fn minimise<const N: usize>(problem: &Problem<'_, N>, start: &ActiveS
             return Minimum::unsolved(Status::Undefined);
         }
     }
-    if Unrolled::<N>::YES && problem.n == N {
-        return Search::<N, true>::solve(problem, start);
+    match (Unrolled::<N>::YES, problem.n == N, problem.rows.len()) {
+        (true, true, _) => Search::<N, true>::solve(problem, start),
+        (true, false, 0..=8) => in_another_room::<N, 8>(problem, start),
+        (true, false, _) => in_another_room::<N, MOST_ROWS>(problem, start),
+        (false, ..) => Search::<N, false>::solve(problem, start),
     }
-    Search::<N, false>::solve(problem, start)
+}
+
+/// Solves a problem of fewer variables than an unrolled search is for in the next capacity, so that there is no further search to compile; with at most `R`
+/// rows.
+#[inline(never)]
+fn in_another_room<const N: usize, const R: usize>(problem: &Problem<'_, N>, start: &ActiveSet<N>) -> Minimum<N> {
+    const WIDE: usize = 8;
+    let (n, count) = (problem.n, problem.rows.len());
+    if n > WIDE.min(N) || count > R {
+        return Minimum::unsolved(Status::Iterations);
+    }
+    let (mut h, mut g, mut bounds) = ([[0.0; WIDE]; WIDE], [0.0; WIDE], ([0.0; WIDE], [0.0; WIDE]));
+    for i in 0..n {
+        h[i][..n].copy_from_slice(&problem.h[i][..n]);
+        (g[i], bounds.0[i], bounds.1[i]) = (problem.g[i], problem.lower[i], problem.upper[i]);
+    }
+    let mut rows = [DenseRow::<WIDE>::OPEN; R];
+    for (wide, row) in rows.iter_mut().zip(problem.rows) {
+        wide.a[..n].copy_from_slice(&row.a[..n]);
+        (wide.lower, wide.upper) = (row.lower, row.upper);
+    }
+    let wide = Problem { n, h: &h, g: &g, lower: &bounds.0, upper: &bounds.1, rows: &rows[..count] };
+    let found = Search::<WIDE, false>::solve(&wide, &start.resized());
+    let (mut x, mut multipliers) = ([0.0; N], [0.0; N]);
+    x[..n].copy_from_slice(&found.x[..n]);
+    multipliers[..n].copy_from_slice(&found.multipliers[..n]);
+    let Minimum { status, violated, changes, .. } = found;
+    Minimum { status, x, active: found.active.resized(), multipliers, violated, changes }
 }
 
 /// Lower and upper limit of one constraint exclude each other.

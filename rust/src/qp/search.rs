@@ -90,7 +90,6 @@ impl<'a, const N: usize, const FULL: bool> Search<'a, N, FULL> {
         }
     }
 
-    #[inline(never)] // two calls, in every capacity
     fn most_violated(&self) -> Result<Option<Violated>, Status> {
         self.problem.most_violated::<FULL>(&self.x, &self.scales, &self.set).map_err(|()| Status::Undefined)
     }

@@ -43,8 +43,8 @@ mod resolver;
 pub(crate) mod sqp;
 
 pub use quadratic::{
-    Damper, Derivatives, Guard, IndexForm, MAX_NEAR, MAX_OWN_ROWS, Near, Outcome, QuadraticMemory, QuadraticSettings, QuadraticSolver,
-    QuadraticStatus, Tick,
+    Beside, Damper, Derivatives, FrameTask, Guard, IndexForm, MAX_NEAR, MAX_OWN_ROWS, Near, Outcome, PostureTask, QuadraticMemory,
+    QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick,
 };
 pub use rate::{Memory, Method, PosturePull, RateSettings, RateSolver, Scaling, Secondary, Situation};
 pub use resolver::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};

@@ -73,6 +73,17 @@ impl Directions {
         (w, sub(v, cross(w, self.arm)))
     }
 
+    /// The twist at the tool point that component `r` of [`Directions::reduce`] makes alone.
+    pub fn direction(&self, r: usize) -> (Vec3, Vec3) {
+        match r.checked_sub(self.counts.0) {
+            None => {
+                let w = scale(1.0 / self.length, self.angular[r]);
+                (w, cross(self.arm, w))
+            }
+            Some(r) => ([0.0; 3], self.linear[r]),
+        }
+    }
+
     /// The part of a twist in the task subspace, `T t` (Huo 2009, eq. 3.6): projected at the point that the task speaks of, given and answered
     /// at the tool point.
     #[inline(always)]

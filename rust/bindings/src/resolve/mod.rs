@@ -2,6 +2,7 @@
 
 pub mod quadratic;
 pub mod quadratic_arguments;
+pub mod quadratic_beside;
 pub mod quadratic_state;
 pub mod rate;
 pub mod secondary;

@@ -10,6 +10,7 @@ use crate::collision::scene::PyScene;
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::resolve::quadratic_arguments::{Weights, read_constraints, read_derivatives, read_form};
+use crate::resolve::quadratic_beside::{frame, read_beside, read_twists};
 use crate::resolve::quadratic_state::{Shared, State};
 use crate::resolve::solution::{self, Given, posture};
 use crate::robot::PyRobot;
@@ -17,7 +18,7 @@ use crate::task::PyTask;
 use redundancy::error::{Error, check_positive};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::qp::Row;
-use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, QuadraticSolver, Resolver, Tick};
+use redundancy::resolve::{Beside, Damper, Guard, Memory, Outcome, QuadraticSettings, QuadraticSolver, Resolver, Tick};
 
 /// Resolution of the redundancy as a quadratic programme (Dufour and Suleiman 2020).
 ///
@@ -69,6 +70,8 @@ use redundancy::resolve::{Damper, Guard, Memory, Outcome, QuadraticSettings, Qua
 ///     Speed at which a distance may fall at the influence distance [m/s]; in proportion below.
 /// tolerance : float
 ///     Deviation, as a part of the twist, up to which the task counts as kept.
+/// beside : sequence of PostureTask and FrameTask, optional
+///     What counts beside the task: a posture that the joints are drawn to, tasks of other frames of the arm.
 ///
 /// Raises
 /// ------
@@ -113,6 +116,9 @@ impl PyQuadraticProgram {
             state.memory.rates = before.or(state.memory.rates);
             state.outcome = self.tick(tick, state, rates)?;
             state.own = tick.rows.len();
+            if !self.solver.beside().is_empty() {
+                state.beside = Some((tick.q.to_vec(), tick.twists.to_vec()));
+            }
             Ok(())
         };
         if self.given.calls_python {
@@ -132,7 +138,7 @@ impl PyQuadraticProgram {
     #[new]
     #[pyo3(signature = (robot, task, objective=None, *, weight=1.0, form="curvature", derivatives="exact", step=None, rate_weights=None,
                         stiffness=None, largest_deviation=None, jerk=None, length=1.0, dt=1e-3, limits=true, scene=None, influence=0.1,
-                        security=0.02, damping=0.5, tolerance=1e-3))]
+                        security=0.02, damping=0.5, tolerance=1e-3, beside=None))]
     fn new(
         py: Python<'_>,
         robot: Py<PyRobot>,
@@ -154,6 +160,7 @@ impl PyQuadraticProgram {
         security: f64,
         damping: f64,
         tolerance: f64,
+        beside: Option<Vec<Bound<'_, PyAny>>>,
     ) -> PyResult<Self> {
         let core = robot.get().robot.clone();
         let n = core.n();
@@ -172,6 +179,9 @@ impl PyQuadraticProgram {
         let rest = Weights { rate_weights, stiffness, largest_deviation, jerk }.apply(&mut settings, n)?;
         let mut solver = ok(QuadraticSolver::new(core, task_of, index, form, derivatives, settings))?;
         ok(rest.give(&mut solver))?;
+        if let Some(beside) = beside.filter(|beside| !beside.is_empty()) {
+            ok(solver.set_beside(read_beside(&beside)?))?;
+        }
         let state = Mutex::new(State::new(guard.is_some()));
         let given = Given::new(py, robot, task, objective.map(|objective| objective.clone().unbind()));
         Ok(Self { solver, given, guard, state })
@@ -232,6 +242,9 @@ impl PyQuadraticProgram {
     ///     A of ``lower <= A qd <= upper``, at most 32 rows.
     /// lower, upper : array_like, shape (m,), optional
     ///     Their limits; infinite if not given.
+    /// twists : array_like, shape (K, 6), optional
+    ///     Twists [omega; v] of the K frames beside the task, in their order, at their origins in the base frame [rad/s, m/s]; the frames do not count
+    ///     where none are given.
     ///
     /// Returns
     /// -------
@@ -250,7 +263,7 @@ impl PyQuadraticProgram {
     /// amount. Limits of joints never give way. Beyond a position limit a joint moves back, with a quarter
     /// of its speed limit at least (0.5 rad/s or m/s where it has none), as far as its acceleration allows. At a singularity of the task the programme is as convex as anywhere;
     /// where the objective itself is singular the step goes without it. No allocation but that of the result and of the rows.
-    #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None))]
+    #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None, twists=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -262,12 +275,14 @@ impl PyQuadraticProgram {
         rows: Option<&Bound<'py, PyAny>>,
         lower: Option<&Bound<'py, PyAny>>,
         upper: Option<&Bound<'py, PyAny>>,
+        twists: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let stiffness = self.stiffness(stiffness)?;
+        let twists = twists.map_or_else(|| Ok(Vec::new()), |twists| read_twists(&self.solver, twists))?;
         let (rows, lower, upper) = read_constraints(rows, lower, upper, n)?;
         let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
         let array = output(py, out, [n])?;
@@ -277,7 +292,7 @@ impl PyQuadraticProgram {
             .enumerate()
             .map(|(k, (lower, upper))| Row { a: &rows[k * n..(k + 1) * n], lower: *lower, upper: *upper })
             .collect();
-        self.run(py, &Tick { q: &q[..n], twist: desired, stiffness, rows: &rows }, before, elements(&array))?;
+        self.run(py, &Tick { q: &q[..n], twist: desired, stiffness, rows: &rows, twists: &twists }, before, elements(&array))?;
         Ok(array)
     }
 
@@ -324,7 +339,7 @@ impl PyQuadraticProgram {
         let stiffness = self.stiffness(stiffness)?;
         let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
         let array = output(py, out, [n])?;
-        self.run(py, &Tick { q: &q[..n], twist, stiffness, rows: &[] }, before, elements(&array))?;
+        self.run(py, &Tick { q: &q[..n], twist, stiffness, rows: &[], twists: &[] }, before, elements(&array))?;
         Ok(array)
     }
 
@@ -350,17 +365,37 @@ impl PyQuadraticProgram {
     ///
     /// Parameters
     /// ----------
-    /// q : array_like, shape (n,)
+    /// q : array_like, shape (n,) or (N, n)
     ///     Joint coordinates [rad or m].
     /// target : array_like
-    ///     As for `solve`.
+    ///     As for `error`.
+    /// beside : int, optional
+    ///     The place of a FrameTask in what counts beside the task, which then is what the target is for, and has to be one; the tool if not given.
     ///
     /// Returns
     /// -------
-    /// ndarray, shape (6,)
+    /// ndarray, shape (6,) or (N, 6)
     ///     [omega; v] in the base frame [rad/s, m/s].
-    fn twist_to<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        solution::error(py, &self.solver, q, target, self.solver.dt())
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If there is no FrameTask at that place, or the target is none.
+    #[pyo3(signature = (q, target, beside=None))]
+    fn twist_to<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        target: &Bound<'py, PyAny>,
+        beside: Option<usize>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let Some(k) = beside else { return solution::error(py, &self.solver, q, target, self.solver.dt()) };
+        let frame = frame(&self.solver, k)?;
+        let (q, n) = (posture(self.solver.robot(), "q", q)?, self.solver.robot().n());
+        let error = self.solver.error_beside(frame, &solution::target(&frame.task, "target", target)?, &q[..n]);
+        let array = output(py, None, [6])?;
+        elements(&array).copy_from_slice(&error.map(|error| error / self.solver.dt()));
+        Ok(array)
     }
 
     /// How the last `step` ended: "solved" (the deviation is at most ``tolerance`` times the twist, as far as the task looks at them, with angles times the
@@ -376,6 +411,22 @@ impl PyQuadraticProgram {
     #[getter]
     fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vector(py, &self.state().outcome.deviation)
+    }
+
+    /// What the last `step` left undone beside the task, in the order of ``beside``: of a posture the rates that are missing (n,), of a frame the part of its
+    /// twist that it does not follow, [omega; v] (6,), zero where none was given. Nothing before the first step.
+    #[getter]
+    fn deviations<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<f64>>> {
+        let state = self.state();
+        let (Some((q, twists)), Some(rates)) = (&state.beside, &state.memory.rates) else { return Vec::new() };
+        let mut twists = twists.iter();
+        let each = |one: &Beside| {
+            let twist = if matches!(one, Beside::Frame(_)) { twists.next() } else { None };
+            let asked = twist.is_some() || matches!(one, Beside::Posture(_));
+            let (left, size) = self.solver.deviation_beside(one, q, twist.unwrap_or(&[0.0; 6]), &rates[..q.len()]);
+            if asked { vector(py, &left[..size]) } else { vector(py, &[0.0; 6]) }
+        };
+        self.solver.beside().iter().map(each).collect()
     }
 
     /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, or "largest_deviation".

@@ -2,6 +2,7 @@
 
 use crate::collision::scene::PyScene;
 use redundancy::collision::{Distances, Found, Proximity};
+use redundancy::linalg::Row6;
 use redundancy::resolve::{Near, Outcome, QuadraticMemory};
 
 /// What is remembered from step to step, and what came of the last one. Near pairs, 15 kB of them, lie apart: only ticks among obstacles touch them.
@@ -11,13 +12,21 @@ pub struct State {
     /// Rows of the last step's own.
     pub own: usize,
     pub near: Option<Box<Near>>,
+    /// Posture and twists of the last step, where something counts beside the task.
+    pub beside: Option<(Vec<f64>, Vec<Row6>)>,
     pub memory: QuadraticMemory,
 }
 
 impl State {
     /// Nothing seen yet, with or without a scene.
     pub fn new(among_obstacles: bool) -> Self {
-        Self { outcome: Outcome::default(), own: 0, near: among_obstacles.then(Box::default), memory: QuadraticMemory::default() }
+        Self {
+            outcome: Outcome::default(),
+            own: 0,
+            near: among_obstacles.then(Box::default),
+            beside: None,
+            memory: QuadraticMemory::default(),
+        }
     }
 
     /// The pairs that were near in the last step.

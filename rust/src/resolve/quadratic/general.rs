@@ -1,5 +1,6 @@
 //! What is not one number: full matrices of the weights, bounds of the deviation by component and side, jerk (Dufour and Suleiman 2020, eq. 3).
 
+use super::beside::Beside;
 use super::jerk::Moving;
 use super::programme::Cost;
 use super::settings::QuadraticMemory;
@@ -20,10 +21,11 @@ pub(super) struct General {
     deviation: Option<Wide>,
     pub(super) bounds: Option<(Row6, Row6)>,
     jerk: Option<[f64; MAX_JOINTS]>,
+    pub(super) beside: Vec<Beside>,
 }
 
 impl QuadraticSolver {
-    fn general_mut(&mut self) -> &mut General {
+    pub(super) fn general_mut(&mut self) -> &mut General {
         self.general.get_or_insert_default()
     }
 
@@ -128,6 +130,21 @@ impl General {
         Some(out)
     }
 
+    /// What is wanted of the components of a task, weighed by the full matrix of the deviation, if there is one.
+    #[cold]
+    #[inline(never)]
+    pub fn weighed(&self, directions: &Directions, wanted: &Row6) -> Option<Row6> {
+        let matrix = self.weighing(directions, &twists_of(directions))?;
+        let mut out = [0.0; 6];
+        for row in &matrix {
+            let along: f64 = row.iter().zip(wanted).map(|(a, b)| a * b).sum();
+            for (to, from) in out.iter_mut().zip(row) {
+                *to += along * from;
+            }
+        }
+        Some(out)
+    }
+
     /// Takes from intervals of rates what jerk does not allow.
     #[cold]
     #[inline(never)]
@@ -146,12 +163,10 @@ impl General {
 /// The twist at the tool point of each component of a task, by columns; angular components count the length.
 #[cold]
 #[inline(never)]
-pub(super) fn twists_of(directions: &Directions, angular: usize, length: f64) -> Mat6 {
+pub(super) fn twists_of(directions: &Directions) -> Mat6 {
     let mut out = [[0.0; 6]; 6];
     for r in 0..directions.dimension() {
-        let mut unit = [0.0; 6];
-        unit[r] = if r < angular { 1.0 / length } else { 1.0 };
-        let (w, v) = directions.motion_of(&unit);
+        let (w, v) = directions.direction(r);
         for k in 0..3 {
             (out[k][r], out[k + 3][r]) = (w[k], v[k]);
         }

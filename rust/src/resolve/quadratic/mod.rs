@@ -4,6 +4,7 @@
 //! The deviation from the twist is not a variable here: `delta = t - J qd` is put into the objective, so that a programme has as many variables
 //! as the robot has joints, and is strictly convex at singularities too.
 
+mod beside;
 mod damper;
 mod general;
 mod guarded;
@@ -15,6 +16,7 @@ mod rest;
 mod settings;
 mod solver;
 
+pub use beside::{Beside, FrameTask, PostureTask};
 pub use damper::Damper;
 pub use guarded::{Guard, MAX_NEAR, Near};
 pub use index_term::{Derivatives, IndexForm};

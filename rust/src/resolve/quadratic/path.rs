@@ -63,7 +63,7 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
         for i in 0..n {
             (bounds.lower[i], bounds.upper[i]) = motion_interval(limits, i, q[i]);
         }
-        let tick = Tick { q: &q[..n], twist, stiffness: settings.stiffness, rows: &[] };
+        let tick = Tick { q: &q[..n], twist, stiffness: settings.stiffness, rows: &[], twists: &[] };
         solver.within::<C>(&tick, 1.0, &bounds, &mut memory, &mut motion[..n]);
         for i in 0..n {
             q[i] += motion[i];

@@ -66,7 +66,14 @@ pub(super) fn solve<const C: usize>(cost: &Cost<C>, at: &Constraints<'_, C>, n: 
 #[cold]
 #[inline(never)]
 pub(super) fn solve_opened<const C: usize>(cost: &Cost<C>, at: &Constraints<'_, C>, n: usize) -> Option<[f64; C]> {
-    let (nearest, violation) = least_violation(at, n)?;
+    let mut sides = [DenseRow::<MAX_VARIABLES>::OPEN; super::MAX_ROWS];
+    for (wide, row) in sides.iter_mut().zip(at.rows) {
+        wide.a[..n].copy_from_slice(&row.a[..n]);
+        (wide.lower, wide.upper) = (row.lower, row.upper);
+    }
+    let (found, violation) = least_violation(&at.lower[..n], &at.upper[..n], &sides[..at.rows.len()])?;
+    let mut nearest = [0.0; C];
+    nearest[..n].copy_from_slice(&found[..n]);
     let opening = violation * (1.0 + OPENING.0) + OPENING.1;
     let mut rows = [DenseRow::OPEN; super::MAX_ROWS];
     let rows = &mut rows[..at.rows.len()];
@@ -77,31 +84,28 @@ pub(super) fn solve_opened<const C: usize>(cost: &Cost<C>, at: &Constraints<'_, 
     Some(if opened.status == Status::Solved { opened.x } else { nearest })
 }
 
-/// The rates, within their bounds, whose worst violation of a row is least, and that violation.
+/// The rates, within their bounds, whose worst violation of a row is least, and that violation; in one capacity for all.
 #[inline(never)]
-fn least_violation<const C: usize>(at: &Constraints<'_, C>, n: usize) -> Option<([f64; C], f64)> {
+fn least_violation(least: &[f64], most: &[f64], sides: &[DenseRow<MAX_VARIABLES>]) -> Option<([f64; MAX_VARIABLES], f64)> {
+    let n = least.len();
     let mut cost = Cost::<MAX_VARIABLES>::of_rates(&[RATES_COUNT; MAX_VARIABLES][..n]);
     cost.h[n][n] = 1.0;
     let (mut lower, mut upper) = ([0.0; MAX_VARIABLES], [f64::INFINITY; MAX_VARIABLES]);
-    lower[..n].copy_from_slice(&at.lower[..n]);
-    upper[..n].copy_from_slice(&at.upper[..n]);
+    lower[..n].copy_from_slice(least);
+    upper[..n].copy_from_slice(most);
     let mut rows = [DenseRow::OPEN; 2 * super::MAX_ROWS];
     let mut count = 0;
-    for row in at.rows {
+    for row in sides {
         for (sign, limit) in [(1.0, row.lower), (-1.0, -row.upper)] {
             if limit.is_finite() {
-                let a = &mut rows[count].a;
-                for i in 0..n {
-                    a[i] = sign * row.a[i];
-                }
-                a[n] = 1.0;
-                rows[count].lower = limit;
+                let out: &mut DenseRow<MAX_VARIABLES> = &mut rows[count];
+                out.a = row.a.map(|a| sign * a);
+                out.a[n] = 1.0;
+                out.lower = limit;
                 count += 1;
             }
         }
     }
     let found = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &rows[..count] }, n + 1, &ActiveSet::default());
-    let mut out = [0.0; C];
-    out[..n].copy_from_slice(&found.x[..n]);
-    (found.status == Status::Solved).then_some((out, found.x[n]))
+    (found.status == Status::Solved).then_some((found.x, found.x[n]))
 }

@@ -98,6 +98,8 @@ pub struct Tick<'a> {
     pub stiffness: f64,
     /// `lower <= a'qd <= upper`, at most [`MAX_OWN_ROWS`](super::MAX_OWN_ROWS).
     pub rows: &'a [Row<'a>],
+    /// Twists of the frames beside the task [omega; v], in their order; a frame without one does not count.
+    pub twists: &'a [Row6],
 }
 
 /// What came of a tick.
@@ -147,6 +149,11 @@ impl Default for QuadraticMemory {
 }
 
 impl QuadraticMemory {
+    /// Forgets which constraints were active, and nothing else: the next tick starts cold, with the same answer.
+    pub fn forget_active(&mut self) {
+        self.active.1 = 0;
+    }
+
     pub(super) fn start<const C: usize>(&self) -> ActiveSet<C> {
         let mut out = ActiveSet::default();
         for item in &self.active.0[..self.active.1] {

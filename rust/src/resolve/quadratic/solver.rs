@@ -11,20 +11,22 @@ use crate::index::Objective;
 use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::linalg::{Mat6, Row6, Rows6, size};
-use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
+use crate::linalg::{Row6, Rows6, size};
+use crate::qp::{ActiveSet, DenseRow, MOST_ROWS, Minimum, Place, Status};
 use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
-pub(super) const MAX_ROWS: usize = 64;
+pub(super) const MAX_ROWS: usize = MOST_ROWS;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
 const FEW_ROWS: usize = 8;
 /// Part of what a component of the deviation is the difference of, below which it is rounding, and counts as nothing.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Deviations below this [m/s] may be rounding: larger ones are not looked at for it.
+const TINY: f64 = 1e-9;
 /// Components of a twist beyond this [m/s] are cut: no robot is as fast, and squares stay finite.
 const FASTEST: f64 = 1e9;
 /// Weight of the squared deviation, beside weights of rates of about 1, where its largest value is out of reach.
@@ -147,7 +149,7 @@ impl QuadraticSolver {
         let wanted = directions.reduce(w, v).map(|x| x.clamp(-FASTEST, FASTEST));
         let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
-        self.add_deviation(&mut cost, tick.stiffness, &directions, &rows, &wanted);
+        self.add_tasks(&mut cost, tick, dt, &directions, &rows, &wanted);
         let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, jacobian: &columns, dt };
         let (angular, linear) = self.settings.largest_deviation;
         let bounded = match &self.general {
@@ -171,23 +173,13 @@ impl QuadraticSolver {
         cost
     }
 
+    /// The deviation from the task, and what counts beside it.
     #[inline(always)]
-    fn add_deviation<const C: usize>(&self, cost: &mut Cost<C>, stiffness: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
-        let other;
-        let (rows, wanted) = match self.general.as_ref().and_then(|general| general.weighing(at, &self.twists(at))) {
-            None => (rows, wanted),
-            Some(matrix) => {
-                other = combined(&matrix, rows, wanted);
-                (&other.0, &other.1)
-            }
-        };
-        cost.add_deviation(stiffness, rows, wanted, at.dimension());
-    }
-
-    /// The twist of each component of the task.
-    #[inline(always)]
-    fn twists(&self, at: &Directions) -> Mat6 {
-        twists_of(at, self.task.angular.dimension(), self.settings.length)
+    fn add_tasks<const C: usize>(&self, cost: &mut Cost<C>, tick: &Tick<'_>, dt: f64, at: &Directions, rows: &Rows6<C>, wanted: &Row6) {
+        match &self.general {
+            None => cost.add_deviation(tick.stiffness, rows, wanted, at.dimension()),
+            Some(general) => self.add_general(general, tick, dt, at, rows, wanted, cost),
+        }
     }
 
     /// Apart, so that other ticks have no large buffer on their stack.
@@ -213,7 +205,9 @@ impl QuadraticSolver {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
-        memory.earlier = memory.rates.filter(|_| self.general.is_some());
+        if self.general.is_some() {
+            memory.earlier = memory.rates;
+        }
         memory.rates = Some(std::array::from_fn(|i| rates.get(i).copied().unwrap_or(0.0)));
         let printed = self.term.as_ref().is_some_and(|term| term.form == IndexForm::Printed);
         let (deviation, kept) = self.deviation(programme, &rates[..n]);
@@ -248,7 +242,7 @@ impl QuadraticSolver {
         }
         let mut all = hard;
         if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
-            let (rows, wanted) = combined(&self.twists(&programme.directions), &programme.rows, &programme.wanted);
+            let (rows, wanted) = combined(&twists_of(&programme.directions), &programme.rows, &programme.wanted);
             for k in 0..6 {
                 buffer[all] = DenseRow { a: rows[k], lower: wanted[k] - upper[k], upper: wanted[k] - lower[k] };
                 all += 1;
@@ -300,7 +294,7 @@ impl QuadraticSolver {
         let mut cost = programme.cost;
         if without_index.is_some() {
             cost = self.cost_of_rates(n);
-            self.add_deviation(&mut cost, programme.tick.stiffness, &programme.directions, &programme.rows, &programme.wanted);
+            self.add_tasks(&mut cost, programme.tick, programme.dt, &programme.directions, &programme.rows, &programme.wanted);
             found = solve(&cost, at, n, &ActiveSet::default());
         }
         let mut beyond_deviation = false;
@@ -325,13 +319,11 @@ impl QuadraticSolver {
         let (mut out, mut left, mut whole) = ([0.0; 6], 0.0, 0.0);
         for r in 0..programme.directions.dimension() {
             let wanted = programme.wanted[r];
-            let (mut followed, mut size) = (0.0, wanted.abs());
-            for (a, x) in programme.rows[r].iter().zip(rates) {
-                followed += a * x;
-                size += (a * x).abs();
+            let followed: f64 = programme.rows[r].iter().zip(rates).map(|(a, x)| a * x).sum();
+            out[r] = wanted - followed;
+            if out[r].abs() < TINY && is_rounding(out[r], wanted, &programme.rows[r], rates) {
+                out[r] = 0.0;
             }
-            let rest = wanted - followed;
-            out[r] = if rest.abs() > ROUNDING * size { rest } else { 0.0 };
             left += out[r] * out[r];
             whole += wanted * wanted;
             if r < self.task.angular.dimension() {
@@ -361,6 +353,14 @@ struct Answer<const C: usize> {
 /// Whether a bound takes something from the rates: what merely touches one would go no further without it.
 fn held<const C: usize>(found: &Minimum<C>) -> bool {
     found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
+}
+
+/// Whether what is left of a component is rounding of the sum that it is left from.
+#[cold]
+#[inline(never)]
+fn is_rounding(left: f64, wanted: f64, row: &[f64], rates: &[f64]) -> bool {
+    let size = row.iter().zip(rates).fold(wanted.abs(), |sum, (a, x)| sum + (a * x).abs());
+    left.abs() <= ROUNDING * size
 }
 
 /// The rows that do not hold.
