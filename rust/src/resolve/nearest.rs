@@ -36,13 +36,15 @@ pub(super) struct Asked<'a, const C: usize> {
     pub rows: &'a Rows6<C>,
     /// Components of the motion wanted.
     pub wanted: &'a Row6,
+    /// The same, weighed as their deviation is.
+    pub weighed: &'a Row6,
 }
 
 impl<const C: usize> Asked<'_, C> {
     /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
     #[inline(never)]
     pub fn part_that_counts(&self, motion: &[f64; C], slope: f64) -> f64 {
-        let (moment, force) = self.directions.expand(self.wanted);
+        let (moment, force) = self.directions.expand(self.weighed);
         let rate = jacobian_rate(self.jacobian, motion);
         let mut curvature = 0.0;
         for i in 0..self.jacobian.n() {
@@ -102,7 +104,7 @@ impl<const C: usize> Asked<'_, C> {
     /// The curvature of the model: minus the product of what is wanted with the second derivative of the tool's pose.
     #[inline(never)]
     pub fn curvature(&self) -> [[f64; C]; C] {
-        let (moment, force) = self.directions.expand(self.wanted);
+        let (moment, force) = self.directions.expand(self.weighed);
         bending(self.jacobian, scale(-1.0, moment), scale(-1.0, force))
     }
 

@@ -130,6 +130,21 @@ impl General {
         Some(out)
     }
 
+    /// What is wanted of the components of a task, weighed by the full matrix of the deviation, if there is one.
+    #[cold]
+    #[inline(never)]
+    pub fn weighed(&self, directions: &Directions, wanted: &Row6) -> Option<Row6> {
+        let matrix = self.weighing(directions, &twists_of(directions))?;
+        let mut out = [0.0; 6];
+        for row in &matrix {
+            let along: f64 = row.iter().zip(wanted).map(|(a, b)| a * b).sum();
+            for (to, from) in out.iter_mut().zip(row) {
+                *to += along * from;
+            }
+        }
+        Some(out)
+    }
+
     /// Takes from intervals of rates what jerk does not allow.
     #[cold]
     #[inline(never)]

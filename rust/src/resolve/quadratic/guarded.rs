@@ -64,7 +64,7 @@ impl<D: Distances> Guard<'_, D> {
             (row.a, row.lower) = (&pair.row, self.damper.bound(pair));
         }
         let rows = &mut rows[..own + pairs.len()];
-        let before = (memory.rates, memory.earlier);
+        let before = (memory.rates, memory.earlier, memory.closing);
         let mut left = TIGHTENINGS;
         loop {
             let outcome = solver.step(&Tick { rows: &*rows, ..*tick }, memory, rates);
@@ -74,7 +74,7 @@ impl<D: Distances> Guard<'_, D> {
                 return Ok(outcome);
             }
             left -= 1;
-            (memory.rates, memory.earlier) = before;
+            (memory.rates, memory.earlier, memory.closing) = before;
         }
     }
 

@@ -56,7 +56,14 @@ impl QuadraticSolver {
     ) -> Minimum<C> {
         let dt = programme.dt;
         let wanted = programme.wanted.map(|x| dt * x);
-        let asked = Asked { jacobian: programme.jacobian, directions: &programme.directions, rows: &programme.rows, wanted: &wanted };
+        let weighed = self.general.as_ref().and_then(|general| general.weighed(&programme.directions, &wanted)).unwrap_or(wanted);
+        let asked = Asked {
+            jacobian: programme.jacobian,
+            directions: &programme.directions,
+            rows: &programme.rows,
+            wanted: &wanted,
+            weighed: &weighed,
+        };
         if programme.bounds.brakes {
             return self.braked(programme, at, found, &asked, closing);
         }

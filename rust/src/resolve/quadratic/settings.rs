@@ -149,6 +149,11 @@ impl Default for QuadraticMemory {
 }
 
 impl QuadraticMemory {
+    /// Forgets which constraints were active, and nothing else: the next tick starts cold, with the same answer.
+    pub fn forget_active(&mut self) {
+        self.active.1 = 0;
+    }
+
     pub(super) fn start<const C: usize>(&self) -> ActiveSet<C> {
         let mut out = ActiveSet::default();
         for item in &self.active.0[..self.active.1] {

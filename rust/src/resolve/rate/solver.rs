@@ -287,7 +287,7 @@ impl RateSolver {
         let (w, v) = halves(twist);
         let wanted = motion.directions.reduce(w, v).map(|x| dt * x);
         let rows = motion.directions.rows(&motion.jacobian);
-        let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted };
+        let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted, weighed: &wanted };
         let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
         if !astray(rates) || !self.strays_alone(q, twist, bounds, &astray) {
             return None;

@@ -158,7 +158,7 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
     let rows = directions.rows(&columns);
-    let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted };
+    let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
     // The free motion alone may lead the tool aside by little, which the next tick makes up for.
     if asked.goes_astray(&step.dq) && asked.goes_astray(&step.task_within(&bounds, n)) {
         if let Some((dq, held)) = asked.nearest(&low, &high, DAMPING) {

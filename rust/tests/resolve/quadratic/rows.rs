@@ -55,7 +55,8 @@ proptest! {
     fn feasible_rows_hold_and_nothing_is_cheaper(seed in rngs(), kind in 0usize..4, count in 1usize..12) {
         let rng = &mut Rng(seed);
         let case = Case::new(rng, kind);
-        let (settings, q) = (settings(rng, true), posture(rng, &case.robot));
+        // In so short a tick the tool's way does not bend.
+        let (settings, q) = (QuadraticSettings { dt: 1e-9, ..settings(rng, true) }, posture(rng, &case.robot));
         let bounds = speeds(&case, &q, settings.dt);
         let (inside, rows) = feasible(rng, &bounds, count);
         let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(rng.within(0.0, 4.0)), rows: &views(&rows, q.len()), twists: &[] };
