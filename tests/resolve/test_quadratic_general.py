@@ -212,3 +212,33 @@ def test_jerk_in_front_of_a_limit_and_its_reset() -> None:
     # Nothing is known of the rates before.
     q[6] = 0.0
     assert solver.step(q, np.zeros(6), rows=np.eye(7)[6:], lower=[2.0], stiffness=1e-3)[6] == pytest.approx(2.0)
+
+
+def test_jerk_on_the_way_back_from_beyond_a_limit() -> None:
+    dt, most = 2e-3, 300.0
+    q = Q.copy()
+    q[6] = PANDA.q_max[6] + 0.2
+    solver = rd.QuadraticProgram(PANDA, rd.Task.full(), jerk=most, dt=dt)
+    rates = [np.zeros(7)]
+    solver.step(q, np.zeros(6), rates=rates[0])
+    for _ in range(1000):
+        rates.append(solver.step(q, np.zeros(6)))
+        q = q + dt * rates[-1]
+    assert q[6] <= PANDA.q_max[6]
+    # A quarter of the speed; the other joints move so that the hand stands still.
+    assert -np.array(rates)[:, 6].min() == pytest.approx(0.25 * PANDA.qd_max[6], rel=1e-3)
+    assert np.abs(np.diff(rates[1:], 2, axis=0)).max() <= most * dt**2 * (1.0 + 1e-6)
+    assert np.abs(rates[-1]).max() < 1e-9
+
+
+def test_with_jerk_rates_do_not_swing_about_what_is_asked() -> None:
+    dt = 2e-3
+    solver, q, rates = rd.QuadraticProgram(QUICK, rd.Task.full(), jerk=300.0, dt=dt), Q.copy(), []
+    solver.step(q, np.zeros(6), rates=np.zeros(7))
+    for k in range(800):
+        rates.append(solver.step(q, TWIST if k < 400 else np.zeros(6)))
+        q = q + dt * rates[-1]
+    plain = rd.QuadraticProgram(QUICK, rd.Task.full(), dt=dt).step(q, TWIST)
+    # At rest for good after as long as the jerk takes; a joint that swings would do so for ever.
+    assert np.abs(rates[550:]).max() < 1e-9
+    assert np.abs(np.array(rates)[:400]).max() < 1.5 * np.abs(plain).max()

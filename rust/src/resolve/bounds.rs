@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// How far a joint at `q` is beyond a limit, above zero beyond the upper and below zero beyond the lower one; zero within, and for numbers that
 /// are not finite.
-fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
+pub(super) fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
     let (low, high) = (limits.q_min[i], limits.q_max[i]);
     let counts = |by: f64, limit: f64| by > ROUNDING * limit.abs().max(1.0) && by.is_finite();
     if counts(q - high, high) {

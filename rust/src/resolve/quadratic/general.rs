@@ -8,6 +8,7 @@ use super::solver::QuadraticSolver;
 use crate::error::{Error, Result, check_finite, check_length};
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::{MAX_JOINTS, Mat6, Row6, Rows6};
+use crate::resolve::bounds::beyond;
 use crate::robot::Limits;
 use crate::task::Directions;
 
@@ -145,17 +146,36 @@ impl General {
         Some(out)
     }
 
-    /// Takes from intervals of rates what jerk does not allow.
+    /// Whether a limit of jerk is given.
+    pub fn limits_jerk(&self) -> bool {
+        self.jerk.is_some()
+    }
+
+    /// Takes from intervals of rates what jerk does not allow on the way to rates that are aimed at.
     #[cold]
     #[inline(never)]
-    pub fn limit_jerk(&self, limits: &Limits, q: &[f64], dt: f64, memory: &QuadraticMemory, lower: &mut [f64], upper: &mut [f64]) {
-        let (Some(jerk), Some(before)) = (&self.jerk, &memory.rates) else { return };
+    pub fn limit_jerk(
+        &self,
+        limits: &Limits,
+        tick: (&[f64], f64),
+        memory: &QuadraticMemory,
+        aim: &[f64],
+        lower: &mut [f64],
+        upper: &mut [f64],
+    ) {
+        let ((q, dt), Some(jerk), Some(before)) = (tick, &self.jerk, &memory.rates) else { return };
         let earlier = memory.earlier.as_ref().unwrap_or(before);
         for i in (0..q.len()).filter(|i| jerk[*i].is_finite()) {
             let (speed, acceleration) = (limits.qd_max[i], limits.qdd_max[i]);
             let joint = Moving { dt, speed, acceleration, jerk: jerk[i], before: before[i], earlier: earlier[i] };
-            let room = (q[i] - limits.q_min[i], limits.q_max[i] - q[i]);
-            (lower[i], upper[i]) = joint.narrow((lower[i], upper[i]), room);
+            let (below, above) = ((q[i] - limits.q_min[i]).max(0.0), (limits.q_max[i] - q[i]).max(0.0));
+            let (whole, by) = ((lower[i], upper[i]), beyond(limits, i, q[i]));
+            (lower[i], upper[i]) = if by == 0.0 {
+                joint.narrow(whole, (below, above), aim[i])
+            } else {
+                // On the way back haste comes last.
+                [joint.back(whole, if by > 0.0 { upper[i] } else { lower[i] }); 2].into()
+            };
         }
     }
 }

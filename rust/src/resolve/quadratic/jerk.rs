@@ -18,15 +18,33 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    /// The part of an interval of rates that a limit of jerk leaves, never empty: as much acceleration as keeps the room, above and below, that it takes to
-    /// come to rest with this jerk. Where the interval has no such part, its end that is nearest to one.
+    /// The part of an interval of rates that a limit of jerk leaves, never empty: as much acceleration as is nothing again when the rate is that aimed at, so
+    /// that it does not swing about it, and as keeps the room, above and below, that it takes to come to rest. Where the interval has no such part, its
+    /// end that is nearest to one.
     #[inline(never)]
-    pub fn narrow(&self, (low, high): (f64, f64), (below, above): (f64, f64)) -> (f64, f64) {
+    pub fn narrow(&self, (low, high): (f64, f64), (below, above): (f64, f64), aim: f64) -> (f64, f64) {
         let (even, step) = (2.0 * self.before - self.earlier, self.jerk * self.dt * self.dt);
-        let (low, high) = ((even - step).min(high).max(low), (even + step).max(low).min(high));
+        let (mut least, mut most) = (even - step, even + step);
+        // Changes that fall by a step a tick add up to the way to the aim.
+        let way = (aim - self.before).abs();
+        let landing = way.min(2.0 * way / ((0.25 + 2.0 * way / step).sqrt() + 0.5));
+        if aim >= self.before {
+            most = most.min(self.before + landing).max(least);
+        } else {
+            least = least.max(self.before - landing).min(most);
+        }
+        let (low, high) = (least.min(high).max(low), most.max(low).min(high));
         let high = self.fastest(low, high, above);
         let mirrored = Self { before: -self.before, earlier: -self.earlier, ..*self };
         (-mirrored.fastest(-high, -low, below), high)
+    }
+
+    /// The rate of a joint on its way back from beyond a limit: towards the one aimed at, at once as far as its jerk allows, and never outwards.
+    pub fn back(&self, (low, high): (f64, f64), aim: f64) -> f64 {
+        let open = f64::INFINITY;
+        let (least, most) = self.narrow((-open, open), (open, open), aim);
+        let nearest = if aim < self.before { least } else { most };
+        if aim < 0.0 { nearest.min(0.0).max(low) } else { nearest.max(0.0).min(high) }
     }
 
     /// The greatest rate of an interval from which the joint can come to rest within `room`, and stay below its speed; the least where there is none.
@@ -85,7 +103,7 @@ mod tests {
                 for _ in 0..(4.0 / dt) as usize {
                     let change = joint.acceleration * dt;
                     let whole = ((joint.before - change).max(-joint.speed), (joint.before + change).min(joint.speed));
-                    let (low, high) = joint.narrow(whole, (1.0 + q, 1.0 - q));
+                    let (low, high) = joint.narrow(whole, (1.0 + q, 1.0 - q), joint.speed);
                     assert!(low <= high);
                     let jerk = (high - 2.0 * joint.before + joint.earlier) / (dt * dt);
                     assert!(jerk.abs() <= 20.0 * (1.0 + 1e-6), "{jerk} at {q}");
@@ -100,8 +118,26 @@ mod tests {
     }
 
     #[test]
+    fn a_rate_that_is_aimed_at_is_reached_without_swinging_about_it() {
+        let mut joint = Moving { dt: 2e-3, speed: 2.0, acceleration: 20.0, jerk: 300.0, before: 0.0, earlier: 0.0 };
+        let open = (f64::INFINITY, f64::INFINITY);
+        for aim in [0.7, -0.4, 0.0] {
+            let from = joint.before;
+            for _ in 0..500 {
+                let (low, high) = joint.narrow((-2.0, 2.0), open, aim);
+                let rate = aim.clamp(low, high);
+                // The last two changes are no whole steps.
+                let step = 300.0 * 2e-3 * 2e-3;
+                assert!(rate >= from.min(aim) - 0.2 * step && rate <= from.max(aim) + 0.2 * step, "{rate} on the way from {from} to {aim}");
+                (joint.earlier, joint.before) = (joint.before, rate);
+            }
+            assert!((joint.before - aim).abs() < 1e-12, "{} {aim}", joint.before);
+        }
+    }
+
+    #[test]
     fn never_empty() {
         let joint = Moving { dt: 1e-3, speed: 1.0, acceleration: 2.0, jerk: 1.0, before: 0.9, earlier: 0.5 };
-        assert_eq!(joint.narrow((-0.1, 0.0), (1.0, 0.0)), (0.0, 0.0));
+        assert_eq!(joint.narrow((-0.1, 0.0), (1.0, 0.0), 0.0), (0.0, 0.0));
     }
 }

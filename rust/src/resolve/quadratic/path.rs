@@ -58,7 +58,7 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
     for _ in 0..STEPS {
         let (w, v) = error_at::<C>(robot, &solver.task, target, &q[..n]);
         let twist: Row6 = [w[0], w[1], w[2], v[0], v[1], v[2]];
-        let bounds = RateBounds { lower: [0.0; C], upper: [0.0; C], returning: false, brakes: false };
+        let bounds = RateBounds { lower: [0.0; C], upper: [0.0; C], returning: false, brakes: false, jerks: false };
         let (mut bounds, mut motion) = (bounds, [0.0; MAX_JOINTS]);
         for i in 0..n {
             (bounds.lower[i], bounds.upper[i]) = motion_interval(limits, i, q[i]);

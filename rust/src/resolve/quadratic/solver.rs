@@ -46,6 +46,7 @@ pub struct QuadraticSolver {
 }
 
 /// Least and greatest rates.
+#[derive(Clone, Copy)]
 pub(super) struct RateBounds<const C: usize> {
     pub lower: [f64; C],
     pub upper: [f64; C],
@@ -53,6 +54,8 @@ pub(super) struct RateBounds<const C: usize> {
     pub brakes: bool,
     /// Whether a joint is beyond a limit of position, and has to come back.
     pub returning: bool,
+    /// Whether limits of jerk count.
+    pub jerks: bool,
 }
 
 /// The programme of a tick but for its rows.
@@ -115,7 +118,8 @@ impl QuadraticSolver {
     }
 
     fn bounds<const C: usize>(&self, q: &[f64], memory: &QuadraticMemory) -> RateBounds<C> {
-        let mut out = RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false, brakes: false };
+        let mut out =
+            RateBounds { lower: [f64::NEG_INFINITY; C], upper: [f64::INFINITY; C], returning: false, brakes: false, jerks: false };
         if self.settings.limits {
             let (limits, before) = (self.robot.limits(), memory.rates.as_ref());
             for i in 0..q.len() {
@@ -123,9 +127,7 @@ impl QuadraticSolver {
                 (out.lower[i], out.upper[i]) = (low, high);
                 out.returning |= back;
             }
-            if let Some(general) = &self.general {
-                general.limit_jerk(limits, q, self.settings.dt, memory, &mut out.lower, &mut out.upper);
-            }
+            out.jerks = memory.rates.is_some() && self.general.as_ref().is_some_and(|general| general.limits_jerk());
         }
         out.brakes = self.settings.limits && memory.rates.is_some() && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
         out
@@ -197,8 +199,10 @@ impl QuadraticSolver {
         memory: &mut QuadraticMemory,
         rates: &mut [f64],
     ) -> Outcome {
-        let (n, bounds) = (programme.n, programme.bounds);
+        let n = programme.n;
         let (hard, all) = self.gather(programme, buffer);
+        let narrowed = programme.bounds.jerks.then(|| self.within_jerk(programme, &buffer[..all], memory));
+        let bounds = narrowed.as_ref().unwrap_or(programme.bounds);
         let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
         let answer = self.solve_relaxing(programme, &at, hard, memory);
         for i in 0..n {
@@ -228,6 +232,20 @@ impl QuadraticSolver {
             conditioned: programme.conditioned && (printed || answer.without_index.is_none()),
             changes: answer.changes,
         }
+    }
+
+    /// Bounds that limits of jerk leave, on the way to the rates that there would be without.
+    #[cold]
+    #[inline(never)]
+    fn within_jerk<const C: usize>(&self, programme: &Programme<'_, C>, rows: &[DenseRow<C>], memory: &QuadraticMemory) -> RateBounds<C> {
+        let mut out = *programme.bounds;
+        let at = Constraints { lower: &programme.bounds.lower, upper: &programme.bounds.upper, rows };
+        let found = solve(&programme.cost, &at, programme.n, &memory.start());
+        if let Some(general) = &self.general {
+            let (limits, tick) = (self.robot.limits(), (programme.tick.q, programme.dt));
+            general.limit_jerk(limits, tick, memory, &found.x, &mut out.lower, &mut out.upper);
+        }
+        out
     }
 
     /// Writes the rows of the tick, then those of the largest deviation; how many are of the tick, and how many there are.
