@@ -42,8 +42,14 @@ pub(super) struct Asked<'a, const C: usize> {
 
 impl<const C: usize> Asked<'_, C> {
     /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
+    #[inline(always)]
+    pub fn part_that_counts(&self, length: f64, motion: &[f64; C], slope: f64) -> f64 {
+        let most = 2.0 * bend(self.jacobian, length, motion, 1.0) * square(self.weighed).sqrt();
+        if most <= LITTLE * slope { 0.0 } else { self.part_by_curvature(motion, slope) }
+    }
+
     #[inline(never)]
-    pub fn part_that_counts(&self, motion: &[f64; C], slope: f64) -> f64 {
+    fn part_by_curvature(&self, motion: &[f64; C], slope: f64) -> f64 {
         let (moment, force) = self.directions.expand(self.weighed);
         let rate = jacobian_rate(self.jacobian, motion);
         let mut curvature = 0.0;
@@ -55,19 +61,11 @@ impl<const C: usize> Asked<'_, C> {
 
     /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
     fn missing(&self, motion: &[f64; C], share: f64) -> Row6 {
-        let rate = jacobian_rate(self.jacobian, motion);
-        let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
-        for i in 0..self.jacobian.n() {
-            let half = 0.5 * motion[i];
-            w = add(w, add(scale(motion[i], self.jacobian.w[i]), scale(half, rate.w[i])));
-            v = add(v, add(scale(motion[i], self.jacobian.v[i]), scale(half, rate.v[i])));
-        }
-        let done = self.directions.reduce(w, v);
-        std::array::from_fn(|c| share * self.wanted[c] - done[c])
+        let (made, bent) = (self.made(motion), bent(self.jacobian, self.directions, motion));
+        std::array::from_fn(|c| share * self.wanted[c] - made[c] - bent[c])
     }
 
     /// Whether a motion leaves much of what is wanted.
-    #[inline(never)]
     pub fn falls_short(&self, motion: &[f64; C]) -> bool {
         square(&self.missing(motion, 1.0)) > MISSING * MISSING * square(self.wanted)
     }
@@ -132,6 +130,44 @@ impl<const C: usize> Asked<'_, C> {
         let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: low, upper: high, rows: &[] as &[DenseRow<C>] }, &ActiveSet::default());
         (found.status == Status::Solved).then_some((found.x, found.active.len() > 0))
     }
+}
+
+/// The second-order motion of the tool is no more than this along rates that are followed for a time: half the product of two sums.
+#[inline(always)]
+fn bend<const C: usize>(jacobian: &Jacobian<C>, length: f64, rates: &[f64; C], time: f64) -> f64 {
+    let (mut turn, mut way) = (0.0, 0.0);
+    for i in 0..jacobian.n() {
+        let (rate, v) = (rates[i].abs(), jacobian.v[i]);
+        turn += rate;
+        way += rate * (length + v[0].abs() + v[1].abs() + v[2].abs());
+    }
+    0.5 * time * time * turn * way
+}
+
+/// Components of the tool's motion of second order.
+#[inline(never)]
+fn bent<const C: usize>(jacobian: &Jacobian<C>, directions: &Directions, motion: &[f64; C]) -> Row6 {
+    let rate = jacobian_rate(jacobian, motion);
+    let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
+    for i in 0..jacobian.n() {
+        w = add(w, scale(0.5 * motion[i], rate.w[i]));
+        v = add(v, scale(0.5 * motion[i], rate.v[i]));
+    }
+    directions.reduce(w, v)
+}
+
+/// Whether the tool's way bends by little of the twist that is wanted along rates that are followed for a time. A bound that costs little tells nearly
+/// always.
+#[inline(always)]
+pub(super) fn bends_little<const C: usize>(
+    jacobian: &Jacobian<C>,
+    directions: &Directions,
+    rates: &[f64; C],
+    time: f64,
+    wanted: &Row6,
+) -> bool {
+    let most = MISSING * time * square(wanted).sqrt();
+    bend(jacobian, directions.length(), rates, time) <= most || square(&bent(jacobian, directions, &rates.map(|x| time * x))) <= most * most
 }
 
 /// A matrix, whose eigenvalues are at least `least`, with a curvature added: all of it where half of `least` is left, else its positive part.

@@ -68,7 +68,7 @@ impl QuadraticSolver {
             return self.braked(programme, at, found, &asked, closing);
         }
         let slope: f64 = programme.cost.g.iter().zip(&found.x).map(|(g, x)| -g * x).sum();
-        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
+        let part = asked.part_that_counts(self.settings().length, &found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
         if part > 0.0 { self.curved(programme, at, found, &asked) } else { found }
     }
 
@@ -85,7 +85,7 @@ impl QuadraticSolver {
         let bent = |row: &[f64; C]| row.iter().zip(&found.x).map(|(h, x)| h * x).sum::<f64>();
         let own: f64 = programme.cost.h.iter().zip(&found.x).map(|(row, x)| x * bent(row)).sum();
         let dt = programme.dt;
-        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
+        let part = asked.part_that_counts(self.settings().length, &found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
         if part == 0.0 {
             return found;
         }
