@@ -15,8 +15,8 @@ use redundancy::kinematics;
 use redundancy::linalg::{MAX_JOINTS, frame::Frame};
 use redundancy::qp::Row;
 use redundancy::resolve::{
-    Damper, Derivatives, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PosturePull, QuadraticMemory, QuadraticSettings,
-    QuadraticSolver, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, Tick,
+    Beside, Damper, Derivatives, FrameTask, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PosturePull, PostureTask,
+    QuadraticMemory, QuadraticSettings, QuadraticSolver, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, Tick,
 };
 use redundancy::robot::{Joint, Robot};
 use redundancy::task::{Target, Task};
@@ -202,6 +202,18 @@ fn rate_methods() {
     }
 }
 
+/// Matrices, bounds by side, jerk, and what counts beside the task.
+fn in_general(solver: &mut QuadraticSolver, task: Task, n: usize) {
+    let identity = |n: usize| (0..n * n).map(|k| if k / n == k % n { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+    solver.set_rate_matrix(&identity(n)).unwrap();
+    solver.set_deviation_matrix(&identity(6)).unwrap();
+    solver.set_deviation_bounds(&[-0.1; 6], &[0.2; 6]).unwrap();
+    solver.set_jerk(&vec![10.0; n]).unwrap();
+    let frame = Beside::Frame(FrameTask { link: n / 2, frame: Frame::IDENTITY, task, weight: 10.0 });
+    let posture = Beside::Posture(PostureTask { posture: vec![0.1; n], weights: vec![1.0; n], gain: 2.0 });
+    solver.set_beside(vec![posture, frame]).unwrap();
+}
+
 /// Ticks as programmes, among obstacles where the posture is one.
 fn ticks(robot: &Robot, q: &[f64]) {
     let n = robot.n();
@@ -228,12 +240,15 @@ fn ticks(robot: &Robot, q: &[f64]) {
     for task in tasks(n) {
         for form in [IndexForm::Curvature, IndexForm::Printed, IndexForm::Equality] {
             for derivatives in [Derivatives::Exact, Derivatives::Bfgs, Derivatives::Differences(1e-4)] {
-                let solver =
+                let mut solver =
                     QuadraticSolver::new(robot.clone(), task, Some((objective.clone(), 100.0)), form, derivatives, settings).unwrap();
+                if form == IndexForm::Equality {
+                    in_general(&mut solver, task, n);
+                }
                 let (mut memory, mut rates) = (QuadraticMemory::default(), vec![0.0; n]);
                 // Rows that hold, and rows that exclude each other.
                 for rows in [[own(-0.1), own(-0.2)], [own(1e3), Row { upper: -1e3, ..own(f64::NEG_INFINITY) }]] {
-                    let tick = Tick { q, twist: [0.1, -0.2, 0.05, 0.3, 0.1, -0.2], stiffness: 100.0, rows: &rows, twists: &[] };
+                    let tick = Tick { q, twist: [0.1, -0.2, 0.05, 0.3, 0.1, -0.2], stiffness: 100.0, rows: &rows, twists: &[[0.1; 6]] };
                     for _ in 0..2 {
                         free_of_allocation("tick", || solver.step(&tick, &mut memory, &mut rates));
                         if q.iter().all(|x| x.is_finite()) {

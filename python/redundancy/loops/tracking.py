@@ -184,7 +184,8 @@ def track(
     q, rates, deviation = np.empty((count + 1, robot.n)), np.empty((count, robot.n)), np.empty((count, 6))
     q[0] = checked("q0", q0, (robot.n,))
     distance, status = np.full(count + 1, np.inf), []
-    # Views are made once: an index into an array costs as much as a twist.
+    # Views are made once, and the tick is an array: an index, and a number that becomes one, cost as much as a twist.
+    length = np.array(dt)
     points, postures, row = list(targets), list(q), list(rates)
     solver.reset()
     with progress_bar(count, "tracking", progress) as advance:
@@ -198,8 +199,7 @@ def track(
             step(k, postures[k], points[k], points[k + 1], row[k])
             deviation[k] = solver.deviation
             status.append(solver.status)
-            np.multiply(row[k], dt, out=postures[k + 1])
-            postures[k + 1] += postures[k]
+            np.add(postures[k], np.multiply(row[k], length, postures[k + 1]), postures[k + 1])
             advance(1)
     value = np.full(count + 1, np.nan)
     if isinstance(objective, Objective):

@@ -2,11 +2,19 @@
 
 import numpy as np
 
-from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE
+from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from .style import STYLE, Axes, Figure, legend_beside, mpl
 from .subject import Ticks
 
-_STATUS_COLORS = {"relaxed": ORANGE, "limited": PURPLE, "infeasible": BLACK, "not convex": GREY}
+_STATUS_COLORS = {
+    "relaxed": ORANGE,
+    "limited": PURPLE,
+    "returning": SKY,
+    "damped": BLUE,
+    "task only": GREY,
+    "infeasible": BLACK,
+    "not convex": GREY,
+}
 
 
 def tracking_figure(tracking: Ticks) -> Figure:

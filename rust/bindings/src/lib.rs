@@ -47,9 +47,10 @@ mod _core {
     #[pymodule_export]
     use super::resolve::quadratic_beside::{PyFrameTask, PyPostureTask};
     #[pymodule_export]
-    use super::resolve::rate::{
-        Elimination, GradientProjection, Householder, PyRateSolver, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint,
-        WeightedInverse,
+    use super::resolve::rate::PyRateSolver;
+    #[pymodule_export]
+    use super::resolve::rate_methods::{
+        Elimination, GradientProjection, Householder, ResolvedRate, TaskPriority, TwistDecomposition, VirtualJoint, WeightedInverse,
     };
     #[pymodule_export]
     use super::resolve::secondary::PyPosturePull;

@@ -70,15 +70,6 @@ impl<const N: usize> ActiveSet<N> {
         self.as_slice().iter().any(|item| item.place == place)
     }
 
-    /// The same in another capacity, as far as there is room.
-    pub(super) fn resized<const M: usize>(&self) -> ActiveSet<M> {
-        let mut out = ActiveSet::default();
-        for item in self.as_slice() {
-            out.push(*item);
-        }
-        out
-    }
-
     /// Adds a constraint; `false` when the set is full.
     pub fn push(&mut self, item: Constraint) -> bool {
         let room = self.count < N;

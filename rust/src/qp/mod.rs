@@ -32,8 +32,6 @@ use search::Search;
 
 /// Variables of a programme at most.
 pub const MAX_VARIABLES: usize = 20;
-/// Rows of a problem at most, where they are copied.
-pub(crate) const MOST_ROWS: usize = 64;
 
 /// `lower <= a'x <= upper`, an equality when both are the same; infinite limits do not count.
 #[derive(Debug, Clone, Copy)]
@@ -185,14 +183,15 @@ impl<const N: usize> Minimum<N> {
     }
 }
 
-/// Whether a search is compiled once more for problems as large as the capacity, so that its loops unroll: for six variables alone.
+/// Whether the search is compiled for problems as large as the capacity alone, so that its loops unroll: for six variables, where the capacity of six is that of
+/// six joints exactly.
 struct Unrolled<const N: usize>;
 
 impl<const N: usize> Unrolled<N> {
     const YES: bool = N == 6;
 }
 
-/// Solves a problem whose capacity is known; the problem has no more variables than that.
+/// Solves a problem whose capacity is known; the problem has no more variables than that, and in the capacity of six exactly as many.
 pub(crate) fn minimise<const N: usize>(problem: &Problem<'_, N>, start: &ActiveSet<N>) -> Minimum<N> {
     for place in problem.places() {
         let (lower, upper) = problem.limits(place);
@@ -203,40 +202,11 @@ pub(crate) fn minimise<const N: usize>(problem: &Problem<'_, N>, start: &ActiveS
             return Minimum::unsolved(Status::Undefined);
         }
     }
-    match (Unrolled::<N>::YES, problem.n == N, problem.rows.len()) {
-        (true, true, _) => Search::<N, true>::solve(problem, start),
-        (true, false, 0..=8) => in_another_room::<N, 8>(problem, start),
-        (true, false, _) => in_another_room::<N, MOST_ROWS>(problem, start),
-        (false, ..) => Search::<N, false>::solve(problem, start),
+    match (Unrolled::<N>::YES, problem.n == N) {
+        (true, true) => Search::<N, true>::solve(problem, start),
+        (true, false) => Minimum::unsolved(Status::Undefined),
+        (false, _) => Search::<N, false>::solve(problem, start),
     }
-}
-
-/// Solves a problem of fewer variables than an unrolled search is for in the next capacity, so that there is no further search to compile; with at most `R`
-/// rows.
-#[inline(never)]
-fn in_another_room<const N: usize, const R: usize>(problem: &Problem<'_, N>, start: &ActiveSet<N>) -> Minimum<N> {
-    const WIDE: usize = 8;
-    let (n, count) = (problem.n, problem.rows.len());
-    if n > WIDE.min(N) || count > R {
-        return Minimum::unsolved(Status::Iterations);
-    }
-    let (mut h, mut g, mut bounds) = ([[0.0; WIDE]; WIDE], [0.0; WIDE], ([0.0; WIDE], [0.0; WIDE]));
-    for i in 0..n {
-        h[i][..n].copy_from_slice(&problem.h[i][..n]);
-        (g[i], bounds.0[i], bounds.1[i]) = (problem.g[i], problem.lower[i], problem.upper[i]);
-    }
-    let mut rows = [DenseRow::<WIDE>::OPEN; R];
-    for (wide, row) in rows.iter_mut().zip(problem.rows) {
-        wide.a[..n].copy_from_slice(&row.a[..n]);
-        (wide.lower, wide.upper) = (row.lower, row.upper);
-    }
-    let wide = Problem { n, h: &h, g: &g, lower: &bounds.0, upper: &bounds.1, rows: &rows[..count] };
-    let found = Search::<WIDE, false>::solve(&wide, &start.resized());
-    let (mut x, mut multipliers) = ([0.0; N], [0.0; N]);
-    x[..n].copy_from_slice(&found.x[..n]);
-    multipliers[..n].copy_from_slice(&found.multipliers[..n]);
-    let Minimum { status, violated, changes, .. } = found;
-    Minimum { status, x, active: found.active.resized(), multipliers, violated, changes }
 }
 
 /// Lower and upper limit of one constraint exclude each other.

@@ -5,6 +5,7 @@ pub mod quadratic_arguments;
 pub mod quadratic_beside;
 pub mod quadratic_state;
 pub mod rate;
+pub mod rate_methods;
 pub mod secondary;
 pub mod solution;
 pub mod sqp;

@@ -38,6 +38,7 @@ pub struct FrameTask {
 
 /// One of them.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // a few of them, side by side, so that ticks follow no pointers
 pub enum Beside {
     /// A posture.
     Posture(PostureTask),

@@ -12,13 +12,13 @@ use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{Row6, Rows6, size};
-use crate::qp::{ActiveSet, DenseRow, MOST_ROWS, Minimum, Place, Status};
+use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
 use crate::resolve::bounds::rate_interval;
 use crate::robot::Robot;
 use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
-pub(super) const MAX_ROWS: usize = MOST_ROWS;
+pub(super) const MAX_ROWS: usize = 64;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.

@@ -182,7 +182,11 @@ fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     out.gradient = reduced.slopes[..r].iter().map(|x| x * x).sum::<f64>().sqrt();
     let radius = bounds.radius + KEEPS_UP * largest(&dv[..n]);
     let bounds = &Bounds { radius, ..*bounds };
-    let u = if r == 1 { one_freedom(reduced, dv, bounds, n) } else { many_freedoms(reduced, dv, bounds, n, r) };
+    let u = match r {
+        1 => one_freedom(reduced, dv, bounds, n),
+        _ if C <= 8 => many_freedoms::<C, 8>(reduced, dv, bounds, n, r),
+        _ => many_freedoms::<C, C>(reduced, dv, bounds, n, r),
+    };
     let Some((u, limited, held)) = u else {
         out.status = StepStatus::Limited;
         return;
@@ -234,9 +238,9 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
     Some((u, u[0] != wanted, 0))
 }
 
-/// Several freedoms: a convex QP in the free motion, whether a limit holds it, and the joints that stand at one.
+/// Several freedoms, fewer than joints: a convex QP in the free motion, in the capacity `W`, whether a limit holds it, and the joints that stand at one.
 #[inline(never)]
-fn many_freedoms<const C: usize>(
+fn many_freedoms<const C: usize, const W: usize>(
     reduced: &Reduced<C>,
     dv: &[f64; C],
     bounds: &Bounds<C>,
@@ -246,8 +250,8 @@ fn many_freedoms<const C: usize>(
     let (mut values, mut vectors) = (reduced.hessian, [[0.0; C]; C]);
     diagonalise(&mut values, &mut vectors, r);
     let sharpest = (0..r).fold(f64::MIN_POSITIVE, |m, i| m.max(values[i][i].abs()));
-    let mut h = [[0.0; C]; C];
-    let mut g = [0.0; C];
+    let mut h = [[0.0; W]; W];
+    let mut g = [0.0; W];
     for i in 0..r {
         let (curvature, along) =
             (values[i][i].abs().max(LEAST_CURVATURE * sharpest), |x: &[f64; C]| (0..r).map(|a| vectors[a][i] * x[a]).sum::<f64>());
@@ -260,7 +264,7 @@ fn many_freedoms<const C: usize>(
             }
         }
     }
-    let mut rows = [DenseRow::OPEN; C];
+    let mut rows = [DenseRow::OPEN; W];
     for i in 0..n {
         for b in 0..r {
             rows[i].a[b] = reduced.basis[b][i];
@@ -270,7 +274,7 @@ fn many_freedoms<const C: usize>(
         rows[i].lower = low.max((-bounds.radius).min(high));
         rows[i].upper = high.min(bounds.radius.max(low));
     }
-    let (lower, upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+    let (lower, upper) = ([f64::NEG_INFINITY; W], [f64::INFINITY; W]);
     let problem = Problem { n: r, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows[..n] };
     let solution = qp::minimise(&problem, &ActiveSet::default());
     if solution.status != Status::Solved {
