@@ -258,8 +258,13 @@ impl RateSolver {
             }
         };
         let (dq, damped) = self.method.motion_at(&at, twist, &h);
-        let (w, v) = halves(twist);
-        let follows = !damped && bends_little(&columns, &directions, &dq, self.settings.dt, &directions.reduce(w, v));
+        let follows = match goal {
+            Goal::Twist(_) if !damped => {
+                let (w, v) = halves(twist);
+                bends_little(self.robot.arm(), &columns, &directions, &dq, self.settings.dt, &directions.reduce(w, v))
+            }
+            _ => false,
+        };
         Motion { dq, follows, damped, complete }
     }
 

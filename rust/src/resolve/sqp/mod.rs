@@ -157,7 +157,7 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let fraction = (gain * dt).min(1.0);
     let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
-    if step.status == StepStatus::Regular && bends_little(&columns, &directions, &step.dq, 1.0, &wanted) {
+    if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
         return write(&step, returning, dt, rates);
     }
     let rows = directions.rows(&columns);
