@@ -20,6 +20,8 @@ use crate::task::Directions;
 const LITTLE: f64 = 0.5;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
+/// The same by a bound that is twice and more what it bounds.
+const MISSING_AT_MOST: f64 = 0.25;
 /// The same on the whole way to a stop, where half is missing at the posture from which the tool turns back.
 const TURNED: f64 = 0.5;
 /// Damping that is always there, as a part of the squared size of the task's Jacobian.
@@ -42,8 +44,14 @@ pub(super) struct Asked<'a, const C: usize> {
 
 impl<const C: usize> Asked<'_, C> {
     /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
+    #[inline(always)]
+    pub fn part_that_counts(&self, arm: f64, motion: &[f64; C], slope: f64) -> f64 {
+        let most = 2.0 * bend(arm + self.directions.length(), motion, 1.0) * square(self.weighed).sqrt();
+        if most <= LITTLE * slope { 0.0 } else { self.part_by_curvature(motion, slope) }
+    }
+
     #[inline(never)]
-    pub fn part_that_counts(&self, motion: &[f64; C], slope: f64) -> f64 {
+    fn part_by_curvature(&self, motion: &[f64; C], slope: f64) -> f64 {
         let (moment, force) = self.directions.expand(self.weighed);
         let rate = jacobian_rate(self.jacobian, motion);
         let mut curvature = 0.0;
@@ -55,21 +63,17 @@ impl<const C: usize> Asked<'_, C> {
 
     /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
     fn missing(&self, motion: &[f64; C], share: f64) -> Row6 {
-        let rate = jacobian_rate(self.jacobian, motion);
-        let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
-        for i in 0..self.jacobian.n() {
-            let half = 0.5 * motion[i];
-            w = add(w, add(scale(motion[i], self.jacobian.w[i]), scale(half, rate.w[i])));
-            v = add(v, add(scale(motion[i], self.jacobian.v[i]), scale(half, rate.v[i])));
-        }
-        let done = self.directions.reduce(w, v);
-        std::array::from_fn(|c| share * self.wanted[c] - done[c])
+        let (made, bent) = (self.made(motion), bent(self.jacobian, self.directions, motion));
+        std::array::from_fn(|c| share * self.wanted[c] - made[c] - bent[c])
     }
 
-    /// Whether a motion leaves much of what is wanted.
-    #[inline(never)]
-    pub fn falls_short(&self, motion: &[f64; C]) -> bool {
-        square(&self.missing(motion, 1.0)) > MISSING * MISSING * square(self.wanted)
+    /// Whether a motion leaves much of what is wanted, and what components of the tool's motion it makes.
+    #[inline(always)]
+    pub fn falls_short(&self, arm: f64, motion: &[f64; C]) -> (bool, Row6) {
+        let made = self.made(motion);
+        let (left, whole) = (square(&std::array::from_fn(|c| self.wanted[c] - made[c])).sqrt(), square(self.wanted).sqrt());
+        let most = left + bend(arm + self.directions.length(), motion, 1.0);
+        (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
     }
 
     /// Whether a motion, which may be slower than wanted, leads much elsewhere than in that direction.
@@ -92,7 +96,8 @@ impl<const C: usize> Asked<'_, C> {
     }
 
     /// The components of the tool's motion.
-    fn made(&self, motion: &[f64; C]) -> Row6 {
+    #[inline(always)]
+    pub fn made(&self, motion: &[f64; C]) -> Row6 {
         std::array::from_fn(|c| self.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum())
     }
 
@@ -132,6 +137,41 @@ impl<const C: usize> Asked<'_, C> {
         let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: low, upper: high, rows: &[] as &[DenseRow<C>] }, &ActiveSet::default());
         (found.status == Status::Solved).then_some((found.x, found.active.len() > 0))
     }
+}
+
+/// The second-order motion of the tool is no more than this along rates that are followed for a time, by the longest arm, a length among it.
+#[inline(always)]
+fn bend<const C: usize>(arm: f64, rates: &[f64; C], time: f64) -> f64 {
+    let turn: f64 = rates.iter().map(|rate| rate.abs()).sum();
+    0.5 * time * time * turn * turn * arm
+}
+
+/// Components of the tool's motion of second order.
+#[inline(never)]
+fn bent<const C: usize>(jacobian: &Jacobian<C>, directions: &Directions, motion: &[f64; C]) -> Row6 {
+    let rate = jacobian_rate(jacobian, motion);
+    let (mut w, mut v) = ([0.0; 3], [0.0; 3]);
+    for i in 0..jacobian.n() {
+        w = add(w, scale(0.5 * motion[i], rate.w[i]));
+        v = add(v, scale(0.5 * motion[i], rate.v[i]));
+    }
+    directions.reduce(w, v)
+}
+
+/// Whether the tool's way bends by little of the twist that is wanted along rates that are followed for a time. A bound that costs little tells nearly
+/// always.
+#[inline(always)]
+pub(super) fn bends_little<const C: usize>(
+    arm: f64,
+    jacobian: &Jacobian<C>,
+    directions: &Directions,
+    rates: &[f64; C],
+    time: f64,
+    wanted: &Row6,
+) -> bool {
+    let whole = time * square(wanted).sqrt();
+    bend(arm + directions.length(), rates, time) <= MISSING_AT_MOST * whole
+        || square(&bent(jacobian, directions, &rates.map(|x| time * x))) <= (MISSING * whole).powi(2)
 }
 
 /// A matrix, whose eigenvalues are at least `least`, with a curvature added: all of it where half of `least` is left, else its positive part.

@@ -11,6 +11,7 @@ pub use limits::{Limits, nearest_turn};
 pub use random::RandomPostures;
 
 use crate::error::{Error, Result};
+use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, frame::Frame};
 
 /// How a joint moves along or about the z axis of its frame.
@@ -40,6 +41,7 @@ pub struct Robot {
     links: Vec<Frame>,
     /// flange and tool in one.
     end: Frame,
+    arm: f64,
 }
 
 impl Robot {
@@ -68,12 +70,17 @@ impl Robot {
             dh: None,
             links: links.to_vec(),
             end: flange,
-        })
+            arm: 0.0,
+        }
+        .refold())
     }
 
     fn refold(mut self) -> Self {
         self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
+        let slides = self.joints.contains(&Joint::Prismatic);
+        let stretched: f64 = self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum();
+        self.arm = if slides { f64::INFINITY } else { stretched };
         self
     }
 
@@ -96,6 +103,12 @@ impl Robot {
     /// The same robot under another name.
     pub fn with_name(&self, name: &str) -> Self {
         Self { name: name.into(), ..self.clone() }
+    }
+
+    /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides.
+    #[inline(always)]
+    pub fn arm(&self) -> f64 {
+        self.arm
     }
 
     /// Number of joints.

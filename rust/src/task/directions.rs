@@ -24,6 +24,12 @@ impl Directions {
         Self { angular: axes, linear: axes, counts: (3, 3), arm: [0.0; 3], length }
     }
 
+    /// The length that multiplies angular components.
+    #[inline(always)]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
     /// Dimension of the task.
     #[inline(always)]
     pub fn dimension(&self) -> usize {

@@ -3,6 +3,7 @@
 use super::programme::{Constraints, Cost, solve};
 use super::solver::{Programme, QuadraticSolver};
 use crate::linalg::Row6;
+use crate::linalg::damped::damped_step;
 use crate::qp::{ActiveSet, Minimum, Status};
 use crate::resolve::bounds::fastest;
 use crate::resolve::nearest::{Asked, with_curvature};
@@ -37,10 +38,9 @@ impl Closing {
         self.share
     }
 
-    /// After a tick that made a motion.
-    fn remember<const C: usize>(&mut self, asked: &Asked<'_, C>, motion: &[f64; C]) {
-        self.wanted = *asked.wanted;
-        self.made = std::array::from_fn(|c| asked.rows[c].iter().zip(motion).map(|(a, x)| a * x).sum());
+    /// After a tick.
+    fn remember(&mut self, wanted: &Row6, made: &Row6) {
+        (self.wanted, self.made) = (*wanted, *made);
     }
 }
 
@@ -68,7 +68,7 @@ impl QuadraticSolver {
             return self.braked(programme, at, found, &asked, closing);
         }
         let slope: f64 = programme.cost.g.iter().zip(&found.x).map(|(g, x)| -g * x).sum();
-        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
+        let part = asked.part_that_counts(self.robot.arm(), &found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
         if part > 0.0 { self.curved(programme, at, found, &asked) } else { found }
     }
 
@@ -85,7 +85,7 @@ impl QuadraticSolver {
         let bent = |row: &[f64; C]| row.iter().zip(&found.x).map(|(h, x)| h * x).sum::<f64>();
         let own: f64 = programme.cost.h.iter().zip(&found.x).map(|(row, x)| x * bent(row)).sum();
         let dt = programme.dt;
-        let part = asked.part_that_counts(&found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
+        let part = asked.part_that_counts(self.robot.arm(), &found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
         if part == 0.0 {
             return found;
         }
@@ -113,29 +113,41 @@ impl QuadraticSolver {
         closing: &mut Closing,
     ) -> Minimum<C> {
         let share = closing.share(asked.wanted);
-        if asked.falls_short(&found.x.map(|x| programme.dt * x)) && self.strays(programme, asked, share) {
+        let motion = |found: &Minimum<C>| found.x.map(|x| programme.dt * x);
+        let (short, mut made) = asked.falls_short(self.robot.arm(), &motion(&found));
+        if short && self.strays(programme, asked, share) {
             let again = self.to_a_stop(programme, at, asked, share);
-            found = if again.status == Status::Solved { again } else { found };
+            if again.status == Status::Solved {
+                (made, found) = (asked.made(&motion(&again)), again);
+            }
         }
-        closing.remember(asked, &found.x.map(|x| programme.dt * x));
+        closing.remember(asked.wanted, &made);
         found
     }
 
     /// Whether the tick could not do what it is asked for even if rates could change at once: then the goal is out of reach, and not only a tick away.
     fn strays<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> bool {
         let (n, dt, limits) = (programme.n, programme.dt, self.robot.limits());
+        let whole = asked.wanted.map(|x| x / share);
+        let turns_back = |x: &[f64; C]| {
+            let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / x[i].abs()));
+            Asked { wanted: &whole, ..*asked }.turns_back(&std::array::from_fn(|i| self.until_rest(i, dt, slower * x[i])))
+        };
         let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
         for i in 0..n {
             lower[i] = ((limits.q_min[i] - programme.tick.q[i]) / dt).min(0.0);
             upper[i] = ((limits.q_max[i] - programme.tick.q[i]) / dt).max(0.0);
         }
+        // The shortest rates, where limits of position have room for them: nearly always, and sooner than a programme.
+        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let shortest = damped_step(asked.rows, &programme.wanted, least / programme.tick.stiffness, n, programme.directions.dimension());
+        if (0..n).all(|i| lower[i] <= shortest[i] && shortest[i] <= upper[i]) && !turns_back(&shortest) {
+            return false;
+        }
         let mut cost = Cost::<C>::of_rates(&self.settings().rate_weights[..n]);
         cost.add_deviation(programme.tick.stiffness, asked.rows, &programme.wanted, programme.directions.dimension());
         let free = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
-        let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / free.x[i].abs()));
-        let motion = std::array::from_fn(|i| self.until_rest(i, dt, slower * free.x[i]));
-        let whole = asked.wanted.map(|x| x / share);
-        free.status != Status::Solved || Asked { wanted: &whole, ..*asked }.turns_back(&motion)
+        free.status != Status::Solved || turns_back(&free.x)
     }
 
     /// How far joint `i` goes on from a rate until it stands, the tick included [rad or m].

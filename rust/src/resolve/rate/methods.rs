@@ -55,6 +55,8 @@ pub(super) struct Posed<'a, const C: usize> {
     pub task: &'a Task,
     pub tool: &'a Frame,
     pub jacobian: &'a Jacobian<C>,
+    /// The task's.
+    pub directions: &'a Directions,
     pub length: f64,
     pub damping: f64,
     pub weights: &'a [f64; C],
@@ -157,7 +159,7 @@ impl Method {
     pub(super) fn motion_at<const C: usize>(self, at: &Posed<'_, C>, twist: &Row6, h: &[f64; C]) -> ([f64; C], bool) {
         let (w, v) = halves(twist);
         let n = at.jacobian.n();
-        let directions = at.task.directions(at.tool, at.length);
+        let directions = at.directions;
         let m = directions.dimension();
         let mut systems = Shortest { damping: at.damping, damped: false };
         let own = |directions: &Directions| (directions.rows(at.jacobian), directions.reduce(w, v));
@@ -166,21 +168,21 @@ impl Method {
                 let full = Directions::all(at.length);
                 let (rows, t) = own(&full);
                 let left = remainder(&t, &rows, h, 6);
-                let wanted = if self == Self::ResolvedRate { left } else { projected(&directions, &left, at.length) };
+                let wanted = if self == Self::ResolvedRate { left } else { projected(directions, &left, at.length) };
                 plus(h, &systems.of(&rows, &wanted, n, 6))
             }
             Self::GradientProjection => {
-                let (rows, t) = own(&directions);
+                let (rows, t) = own(directions);
                 plus(h, &systems.of(&rows, &remainder(&t, &rows, h, m), n, m))
             }
             Self::Householder => {
-                let (rows, t) = own(&directions);
+                let (rows, t) = own(directions);
                 let factors = Householder::new(&rows, n, m);
                 let left = remainder(&t, &rows, h, m);
                 plus(h, &systems.guarded(&rows, &left, n, m, factors.spread(), |b| factors.solve(b)))
             }
             Self::WeightedInverse => {
-                let (mut rows, t) = own(&directions);
+                let (mut rows, t) = own(directions);
                 let left = remainder(&t, &rows, h, m);
                 let shrink: [f64; C] = at.weights.map(|weight| 1.0 / weight.sqrt());
                 for row in rows.iter_mut().take(m) {
@@ -193,7 +195,7 @@ impl Method {
             }
             Self::TaskPriority => {
                 let rest = at.task.complement().directions(at.tool, at.length);
-                priority(&mut systems, own(&directions), own(&rest), h, n, (m, 6 - m))
+                priority(&mut systems, own(directions), own(&rest), h, n, (m, 6 - m))
             }
             Self::Elimination => {
                 let (rows, t) = own(&Directions::all(at.length));
@@ -220,7 +222,16 @@ fn motion<const C: usize>(method: Method, at: &Situation<'_>, twist: &Row6, h: &
     let (tool, columns) = jacobian::<C>(at.robot, at.q);
     let wide = |values: &[f64], rest: f64| -> [f64; C] { std::array::from_fn(|i| values.get(i).copied().unwrap_or(rest)) };
     let (weights, h) = (wide(at.weights, 1.0), wide(h, 0.0));
-    let posed = Posed { task: at.task, tool: &tool, jacobian: &columns, length: at.length, damping: at.damping, weights: &weights };
+    let directions = at.task.directions(&tool, at.length);
+    let posed = Posed {
+        task: at.task,
+        tool: &tool,
+        jacobian: &columns,
+        directions: &directions,
+        length: at.length,
+        damping: at.damping,
+        weights: &weights,
+    };
     let (dq, damped) = method.motion_at(&posed, twist, &h);
     out.copy_from_slice(&dq[..out.len()]);
     damped

@@ -111,8 +111,7 @@ impl Secondary {
             }
             Self::Objective(objective, Scaling::Newton) => {
                 let objective = objective.evaluate_at(robot, q, jacobian, Order::Hessian, false);
-                let directions = at.task.directions(at.tool, at.length);
-                let constraint = Constraint::of(&directions);
+                let constraint = Constraint::of(at.directions);
                 let known = Known { jacobian, objective: &objective, constraint: &constraint, turning: None, wanted: [0.0; 6] };
                 let open = Bounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], radius: RADIUS, gain: 1.0 };
                 if !objective.gradient[..n].iter().all(|g| g.is_finite()) {

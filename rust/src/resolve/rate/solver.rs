@@ -6,12 +6,12 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::{error_at, reach};
-use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
-use crate::resolve::nearest::Asked;
+use crate::resolve::nearest::{Asked, bends_little};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
 use crate::task::{Directions, Target, Task};
@@ -154,9 +154,9 @@ enum Goal<'a> {
 
 /// One motion and how it came about.
 struct Motion<const C: usize> {
-    jacobian: Jacobian<C>,
-    directions: Directions,
     dq: [f64; C],
+    /// Whether it follows a twist for a tick to second order too, for certain.
+    follows: bool,
     damped: bool,
     complete: bool,
 }
@@ -240,9 +240,11 @@ impl RateSolver {
         let (tool, columns) = jacobian::<C>(&self.robot, q);
         let weights = self.weights_at::<C>(q);
         let (length, damping) = (self.settings.length, self.settings.damping);
-        let at = Posed { task: &self.task, tool: &tool, jacobian: &columns, length, damping, weights: &weights };
+        let all = self.method == Method::ResolvedRate;
+        let directions = if all { Directions::all(length) } else { self.task.directions(&tool, length) };
+        let at = Posed { task: &self.task, tool: &tool, jacobian: &columns, directions: &directions, length, damping, weights: &weights };
         let (mut h, mut complete) = ([0.0; C], true);
-        if gain > 0.0 && self.method != Method::ResolvedRate {
+        if gain > 0.0 && !all {
             (h, complete) = self.secondary.motion(&self.robot, q, &at, memory);
             h = h.map(|x| gain * x);
         }
@@ -256,7 +258,14 @@ impl RateSolver {
             }
         };
         let (dq, damped) = self.method.motion_at(&at, twist, &h);
-        Motion { directions: self.task.directions(&tool, length), jacobian: columns, dq, damped, complete }
+        let follows = match goal {
+            Goal::Twist(_) if !damped => {
+                let (w, v) = halves(twist);
+                bends_little(self.robot.arm(), &columns, &directions, &dq, self.settings.dt, &directions.reduce(w, v))
+            }
+            _ => false,
+        };
+        Motion { dq, follows, damped, complete }
     }
 
     /// Joint rates of one control tick: the components of the twist that matter are followed, the rest of the motion is that of the secondary
@@ -281,13 +290,16 @@ impl RateSolver {
 
     /// Replaces rates that lead elsewhere, as in front of a goal out of reach, by those that bring the tool nearest; whether limits hold
     /// these.
-    #[inline(always)]
-    fn rest<const C: usize>(&self, q: &[f64], motion: &Motion<C>, twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> Option<bool> {
+    #[cold]
+    #[inline(never)]
+    fn rest<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> Option<bool> {
         let dt = self.settings.dt;
+        let (tool, jacobian) = jacobian::<C>(&self.robot, q);
+        let directions = self.task.directions(&tool, self.settings.length);
+        let rows = directions.rows(&jacobian);
         let (w, v) = halves(twist);
-        let wanted = motion.directions.reduce(w, v).map(|x| dt * x);
-        let rows = motion.directions.rows(&motion.jacobian);
-        let asked = Asked { jacobian: &motion.jacobian, directions: &motion.directions, rows: &rows, wanted: &wanted, weighed: &wanted };
+        let wanted = directions.reduce(w, v).map(|x| dt * x);
+        let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
         let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
         if !astray(rates) || !self.strays_alone(q, twist, bounds, &astray) {
             return None;
@@ -301,8 +313,6 @@ impl RateSolver {
     }
 
     /// Whether the motion for the task goes astray without a secondary one, which may lead the tool aside by little: the next tick makes up for that.
-    #[cold]
-    #[inline(never)]
     fn strays_alone<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, astray: &dyn Fn(&[f64]) -> bool) -> bool {
         if matches!(self.secondary, Secondary::None) {
             return true;
@@ -401,7 +411,7 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
     if limited {
         solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
-    let rests = solver.rest(q, &motion, twist, &bounds, &mut rates[..n]);
+    let rests = if motion.follows && !limited { None } else { solver.rest(q, twist, &bounds, &mut rates[..n]) };
     match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
         _ if bounds.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,

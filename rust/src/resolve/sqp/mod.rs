@@ -15,7 +15,7 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::resolve::nearest::Asked;
+use crate::resolve::nearest::{Asked, bends_little};
 use crate::robot::Robot;
 use crate::task::{Constraint, Task};
 pub use constraint::ConstraintAt;
@@ -157,6 +157,9 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let fraction = (gain * dt).min(1.0);
     let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
+    if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
+        return write(&step, returning, dt, rates);
+    }
     let rows = directions.rows(&columns);
     let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
     // The free motion alone may lead the tool aside by little, which the next tick makes up for.
@@ -166,8 +169,14 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
             step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
         }
     }
-    for i in 0..n {
-        rates[i] = (step.dq[i] / dt).clamp(f64::MIN, f64::MAX);
+    write(&step, returning, dt, rates)
+}
+
+/// Writes a step as rates, and says how it came about.
+#[inline(always)]
+fn write<const C: usize>(step: &NewtonStep<C>, returning: bool, dt: f64, rates: &mut [f64]) -> StepStatus {
+    for (rate, dq) in rates.iter_mut().zip(&step.dq) {
+        *rate = (dq / dt).clamp(f64::MIN, f64::MAX);
     }
     if returning { StepStatus::Returning } else { step.status }
 }
