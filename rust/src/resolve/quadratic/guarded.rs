@@ -11,7 +11,7 @@ use crate::qp::Row;
 /// Pairs that are looked at in a tick, the nearest ones.
 pub const MAX_NEAR: usize = 24;
 /// How often rows are tightened for what a straight line does not tell of a distance.
-const TIGHTENINGS: usize = 3;
+const TIGHTENINGS: usize = 6;
 /// How far above the security distance ticks end at least [m]: between them, on a chord of the motion, a distance can be a little less.
 const MARGIN: f64 = 1e-6;
 
