@@ -289,20 +289,29 @@ impl RateSolver {
     }
 
     /// Replaces rates that lead elsewhere, as in front of a goal out of reach, by those that bring the tool nearest; whether limits hold
-    /// these.
+    /// these. In the room for the largest robots, so that no size has machine code of its own.
     #[cold]
     #[inline(never)]
-    fn rest<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, rates: &mut [f64]) -> Option<bool> {
+    fn rest(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<'_, MAX_JOINTS>, rates: &mut [f64]) -> Option<bool> {
         let dt = self.settings.dt;
-        let (tool, jacobian) = jacobian::<C>(&self.robot, q);
+        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let (w, v) = halves(twist);
         let wanted = directions.reduce(w, v).map(|x| dt * x);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
         let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
-        if !astray(rates) || !self.strays_alone(q, twist, bounds, &astray) {
+        if !astray(rates) {
             return None;
+        }
+        if !matches!(self.secondary, Secondary::None) {
+            // A secondary motion may lead the tool aside by little: the next tick makes up for that. What counts is the task alone.
+            let alone = self.motion::<MAX_JOINTS>(q, &Goal::Twist(twist), 0.0, &mut Memory::default()).dq;
+            let mut kept = alone;
+            bounds.keep(&alone[..q.len()], &mut kept[..q.len()]);
+            if !astray(&kept[..q.len()]) {
+                return None;
+            }
         }
         let (low, high) = (bounds.low.map(|x| dt * x), bounds.high.map(|x| dt * x));
         let (dq, held) = asked.nearest(&low, &high, self.settings.damping * self.settings.damping)?;
@@ -310,17 +319,6 @@ impl RateSolver {
             *rate = (dq[i] / dt).clamp(bounds.low[i], bounds.high[i]);
         }
         Some(held)
-    }
-
-    /// Whether the motion for the task goes astray without a secondary one, which may lead the tool aside by little: the next tick makes up for that.
-    fn strays_alone<const C: usize>(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<C>, astray: &dyn Fn(&[f64]) -> bool) -> bool {
-        if matches!(self.secondary, Secondary::None) {
-            return true;
-        }
-        let alone = self.motion::<C>(q, &Goal::Twist(twist), 0.0, &mut Memory::default()).dq;
-        let mut kept = alone;
-        bounds.keep(&alone[..q.len()], &mut kept[..q.len()]);
-        astray(&kept[..q.len()])
     }
 
     /// What position and speed limits leave room for within a tick.
@@ -411,7 +409,7 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
     if limited {
         solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
-    let rests = if motion.follows && !limited { None } else { solver.rest(q, twist, &bounds, &mut rates[..n]) };
+    let rests = if motion.follows && !limited { None } else { solver.rest(q, twist, &solver.bounds(q), &mut rates[..n]) };
     match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
         _ if bounds.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,

@@ -12,9 +12,9 @@ use super::bounds::speed_bounds;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
-use crate::linalg::Row6;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, Row6};
 use crate::resolve::nearest::{Asked, bends_little};
 use crate::robot::Robot;
 use crate::task::{Constraint, Task};
@@ -124,6 +124,27 @@ impl OrthogonalSqp {
         with_capacity!(self.robot.n(), step(self, q, twist, rates))
     }
 
+    /// The motion that brings the tool nearest, and whether limits hold it, where a step leads elsewhere, as in front of a goal out of reach. The free
+    /// motion alone may lead the tool aside by little, which the next tick makes up for: what counts is the part for the task. In the room for the
+    /// largest robots, so that no size has machine code of its own.
+    #[cold]
+    #[inline(never)]
+    fn rest(
+        &self,
+        q: &[f64],
+        wanted: &Row6,
+        low: &[f64; MAX_JOINTS],
+        high: &[f64; MAX_JOINTS],
+        step: &[f64; MAX_JOINTS],
+        task: &[f64; MAX_JOINTS],
+    ) -> Option<([f64; MAX_JOINTS], bool)> {
+        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
+        let directions = self.task.directions(&tool, self.settings.length);
+        let rows = directions.rows(&jacobian);
+        let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted, weighed: wanted };
+        if asked.goes_astray(step) && asked.goes_astray(task) { asked.nearest(low, high, DAMPING) } else { None }
+    }
+
     /// The room to the position limits around `q`; a joint outside may only come back.
     #[inline(always)]
     pub(super) fn box_around<const C: usize>(&self, q: &[f64]) -> ([f64; C], [f64; C]) {
@@ -160,16 +181,17 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
         return write(&step, returning, dt, rates);
     }
-    let rows = directions.rows(&columns);
-    let asked = Asked { jacobian: &columns, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
-    // The free motion alone may lead the tool aside by little, which the next tick makes up for.
-    if asked.goes_astray(&step.dq) && asked.goes_astray(&step.task_within(&bounds, n)) {
-        if let Some((dq, held)) = asked.nearest(&low, &high, DAMPING) {
-            step.dq = dq;
-            step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
-        }
+    let (low, high) = (wide(&low, f64::NEG_INFINITY), wide(&high, f64::INFINITY));
+    if let Some((dq, held)) = solver.rest(q, &wanted, &low, &high, &wide(&step.dq, 0.0), &wide(&step.task_within(&bounds, n), 0.0)) {
+        step.dq = std::array::from_fn(|i| dq.get(i).copied().unwrap_or(0.0));
+        step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
     }
     write(&step, returning, dt, rates)
+}
+
+/// Numbers of the joints in the room for the largest robots, with `rest` beyond them.
+fn wide<const C: usize>(numbers: &[f64; C], rest: f64) -> [f64; MAX_JOINTS] {
+    std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(rest))
 }
 
 /// Writes a step as rates, and says how it came about.

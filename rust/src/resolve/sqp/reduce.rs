@@ -2,7 +2,7 @@
 
 use crate::kinematics::sized::{Jacobian, jacobian, jacobian_rate};
 use crate::linalg::vector::{Vec3, dot};
-use crate::linalg::{Row6, Rows6};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::Robot;
 use crate::task::{Constraint, Target, Task};
 
@@ -19,6 +19,30 @@ pub(crate) struct Turning<'a> {
     pub q: &'a [f64],
     /// Joints that stand at a limit, one bit a joint.
     pub held: u32,
+}
+
+impl Turning<'_> {
+    /// `lambda . dA` along a direction, by central differences. In the room for the largest robots, so that no size has machine code of its own.
+    #[cold]
+    #[inline(never)]
+    fn difference(&self, lambda: &Row6, direction: &[f64; MAX_JOINTS]) -> [f64; MAX_JOINTS] {
+        let n = self.q.len();
+        let moves = |i: &usize| self.held >> i & 1 == 0;
+        let mut out = [0.0; MAX_JOINTS];
+        for step in [STEP, -STEP] {
+            let mut q = [0.0; MAX_JOINTS];
+            q[..n].copy_from_slice(self.q);
+            for i in (0..n).filter(moves) {
+                q[i] += step * direction[i];
+            }
+            let (tool, columns) = jacobian::<MAX_JOINTS>(self.robot, &q[..n]);
+            let rows = self.task.constraint(&tool, self.target, self.length).jacobian(&columns);
+            for i in (0..n).filter(moves) {
+                out[i] += (0..6).map(|c| lambda[c] * rows[c][i]).sum::<f64>() / (2.0 * step);
+            }
+        }
+        out
+    }
 }
 
 /// The curvature of the task's constraints h at a posture, weighted by the forces lambda that hold the posture on its target against a gradient.
@@ -52,30 +76,14 @@ impl<'a, const C: usize> Curvature<'a, C> {
     #[inline(always)]
     pub fn along(&self, direction: &[f64; C]) -> [f64; C] {
         if let Some(turning) = &self.turning {
-            return self.difference(turning, direction);
+            let (mut whole, n) = ([0.0; MAX_JOINTS], turning.q.len());
+            whole[..n].copy_from_slice(&direction[..n]);
+            let out = turning.difference(&self.lambda, &whole);
+            return std::array::from_fn(|i| out.get(i).copied().unwrap_or(0.0));
         }
         let rate = jacobian_rate(self.jacobian, direction);
         let (w, v) = self.force;
         std::array::from_fn(|i| if i < self.jacobian.n() { dot(w, rate.w[i]) + dot(v, rate.v[i]) } else { 0.0 })
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn difference(&self, at: &Turning<'_>, direction: &[f64; C]) -> [f64; C] {
-        let n = at.q.len();
-        let mut out = [0.0; C];
-        for step in [STEP, -STEP] {
-            let mut q = [0.0; C];
-            for i in 0..n {
-                q[i] = at.q[i] + if at.held >> i & 1 == 0 { step * direction[i] } else { 0.0 };
-            }
-            let (tool, columns) = jacobian::<C>(at.robot, &q[..n]);
-            let rows = at.task.constraint(&tool, at.target, at.length).jacobian(&columns);
-            for i in (0..n).filter(|i| at.held >> i & 1 == 0) {
-                out[i] += (0..6).map(|c| self.lambda[c] * rows[c][i]).sum::<f64>() / (2.0 * step);
-            }
-        }
-        out
     }
 
     /// The reduced Hessian for the first `r` directions of the free motion, and [`Curvature::along`] each of them.
