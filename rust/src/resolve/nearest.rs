@@ -15,9 +15,11 @@ use crate::linalg::{Row6, Rows6};
 use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
 use crate::task::Directions;
 
-/// Curvature along a motion that need not count, as a part of the slope along it: a step that leaves it out goes beyond the minimum by no more than
-/// that part. From twice as much on all of it counts.
+/// Curvature that need not count, as a part of what there is without it: steps that leave it out go beyond the minimum by no more than that part. From
+/// twice as much on all of it counts.
 const LITTLE: f64 = 0.5;
+/// Iterations that find the direction of the largest ratio.
+const ITERATIONS: usize = 8;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
 /// The same by a bound that is twice and more what it bounds.
@@ -45,7 +47,7 @@ pub(super) struct Asked<'a, const C: usize> {
 impl<const C: usize> Asked<'_, C> {
     /// The part of the model's curvature that has to count, by what it is along a motion, `-b . d2h(dq, dq)`, beside a slope along it: none where it is little.
     #[inline(always)]
-    pub fn part_that_counts(&self, arm: f64, motion: &[f64; C], slope: f64) -> f64 {
+    pub fn part_along(&self, arm: f64, motion: &[f64; C], slope: f64) -> f64 {
         let most = 2.0 * bend(arm + self.directions.length(), motion, 1.0) * square(self.weighed).sqrt();
         if most <= LITTLE * slope { 0.0 } else { self.part_by_curvature(motion, slope) }
     }
@@ -58,7 +60,7 @@ impl<const C: usize> Asked<'_, C> {
         for i in 0..self.jacobian.n() {
             curvature -= motion[i] * (dot(moment, rate.w[i]) + dot(force, rate.v[i]));
         }
-        if curvature > LITTLE * slope { (curvature / (LITTLE * slope.max(0.0)) - 1.0).min(1.0) } else { 0.0 }
+        part(curvature / slope.max(0.0))
     }
 
     /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
@@ -172,6 +174,36 @@ pub(super) fn bends_little<const C: usize>(
     let whole = time * square(wanted).sqrt();
     bend(arm + directions.length(), rates, time) <= MISSING_AT_MOST * whole
         || square(&bent(jacobian, directions, &rates.map(|x| time * x))) <= (MISSING * whole).powi(2)
+}
+
+/// The part of a curvature without negative eigenvalues that has to count beside a positive definite matrix: by their largest ratio in any direction, as
+/// power iterations find it.
+#[cold]
+#[inline(never)]
+pub(super) fn part_that_counts<const C: usize>(h: &[[f64; C]; C], curvature: &[[f64; C]; C], n: usize) -> f64 {
+    let Some(factor) = Cholesky::<C>::new(h, n) else { return 1.0 };
+    let mut x = [0.0; C];
+    for (i, x) in x.iter_mut().enumerate().take(n) {
+        // Not along any one of them.
+        *x = 1.0 + 0.1 * i as f64;
+    }
+    let mut ratio = 0.0;
+    for _ in 0..ITERATIONS {
+        let y = factor.solve(&std::array::from_fn(|i| curvature[i].iter().zip(&x).map(|(a, b)| a * b).sum()));
+        let size = y[..n].iter().fold(0.0f64, |most, y| most.max(y.abs()));
+        if size == 0.0 {
+            return 0.0;
+        }
+        let (top, bottom): (f64, f64) = (0..n).fold((0.0, 0.0), |(top, bottom), i| (top + x[i] * y[i], bottom + x[i] * x[i]));
+        ratio = top / bottom;
+        x = y.map(|y| y / size);
+    }
+    part(ratio)
+}
+
+/// The part of a curvature that has to count, by its ratio to what there is without it.
+fn part(ratio: f64) -> f64 {
+    if ratio > LITTLE { (ratio / LITTLE - 1.0).min(1.0) } else { 0.0 }
 }
 
 /// A matrix, whose eigenvalues are at least `least`, with a curvature added: all of it where half of `least` is left, else its positive part.

@@ -4,9 +4,10 @@ use super::programme::{Constraints, Cost, solve};
 use super::solver::{Programme, QuadraticSolver};
 use crate::linalg::Row6;
 use crate::linalg::damped::damped_step;
+use crate::linalg::symmetric::positive_part;
 use crate::qp::{ActiveSet, Minimum, Status};
 use crate::resolve::bounds::fastest;
-use crate::resolve::nearest::{Asked, with_curvature};
+use crate::resolve::nearest::{Asked, part_that_counts, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
 const LEAST_SHARE: f64 = 1e-4;
@@ -67,9 +68,13 @@ impl QuadraticSolver {
         if programme.bounds.brakes {
             return self.braked(programme, at, found, &asked, closing);
         }
-        let slope: f64 = programme.cost.g.iter().zip(&found.x).map(|(g, x)| -g * x).sum();
-        let part = asked.part_that_counts(self.robot.arm(), &found.x.map(|x| dt * x), dt * dt * slope / programme.tick.stiffness);
-        if part > 0.0 { self.curved(programme, at, found, &asked) } else { found }
+        let motion = found.x.map(|x| dt * x);
+        let needs = match self.objective() {
+            None => asked.falls_short(self.robot.arm(), &motion).0,
+            // Where the task gives way to the worth of an index, a tick falls short as a rule.
+            Some(_) => self.part_along(programme, &asked, &found, &motion) > 0.0,
+        };
+        if needs { self.curved(programme, at, found, &asked) } else { found }
     }
 
     #[cold]
@@ -81,23 +86,42 @@ impl QuadraticSolver {
         found: Minimum<C>,
         asked: &Asked<'_, C>,
     ) -> Minimum<C> {
-        // Where rows drive a motion up the slope of the cost, its own curvature tells.
-        let bent = |row: &[f64; C]| row.iter().zip(&found.x).map(|(h, x)| h * x).sum::<f64>();
-        let own: f64 = programme.cost.h.iter().zip(&found.x).map(|(row, x)| x * bent(row)).sum();
-        let dt = programme.dt;
-        let part = asked.part_that_counts(self.robot.arm(), &found.x.map(|x| dt * x), dt * dt * own / programme.tick.stiffness);
+        let (n, dt) = (programme.n, programme.dt);
+        let part = match self.objective() {
+            None => part_that_counts(&programme.cost.h, &positive_part(self.curvature(programme, asked, 1.0), n), n),
+            Some(_) => self.part_along(programme, asked, &found, &found.x.map(|x| dt * x)),
+        };
         if part == 0.0 {
             return found;
         }
-        let again = solve(&self.second_order(programme, asked, part, 1.0), at, programme.n, &found.active);
+        let again = solve(&self.second_order(programme, asked, part, 1.0), at, n, &found.active);
         if again.status == Status::Solved { again } else { found }
+    }
+
+    /// The part of the curvature that has to count along the rates found: beside the slope of the whole cost, or beside its curvature where rows drive
+    /// rates up that slope.
+    fn part_along<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, found: &Minimum<C>, motion: &[f64; C]) -> f64 {
+        let x = &found.x;
+        let along = |row: &[f64; C]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+        let scale = programme.dt * programme.dt / programme.tick.stiffness;
+        let part = asked.part_along(self.robot.arm(), motion, -scale * along(&programme.cost.g));
+        if part == 0.0 {
+            return 0.0;
+        }
+        let own: f64 = programme.cost.h.iter().zip(x).map(|(row, x)| x * along(row)).sum();
+        part.min(asked.part_along(self.robot.arm(), motion, scale * own))
+    }
+
+    /// The curvature of the model of the deviation in a tick that asks for the whole error, of which `share` is wanted now.
+    fn curvature<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, share: f64) -> [[f64; C]; C] {
+        asked.curvature().map(|row| row.map(|x| programme.tick.stiffness / share * x))
     }
 
     /// The second-order model of the cost, with a part of its curvature, of a tick that asks for the whole error, of which `share` is wanted now.
     fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, part: f64, share: f64) -> Cost<C> {
         let n = programme.n;
         let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
-        let curvature = asked.curvature().map(|row| row.map(|x| part * programme.tick.stiffness / share * x));
+        let curvature = self.curvature(programme, asked, share).map(|row| row.map(|x| part * x));
         Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g.map(|x| x / share) }
     }
 
