@@ -4,11 +4,13 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import inverse, qp
+from tests.soak import inverse, projectors, qp, rest
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
+    "projectors": projectors.main,
     "qp": qp.main,
+    "rest": rest.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 

@@ -33,7 +33,9 @@ const RETURN_ITERATIONS: usize = 8;
 const SUFFICIENT: f64 = 1e-4;
 /// What rounding alone can add to a value, relative to it and 1.
 const ROUNDING: f64 = 1e-13;
-/// The same beside a singularity, where an index loses digits.
+/// Multiples of the task's tolerance by which a posture may be off its target, joint by joint.
+const OFF_TARGET: f64 = 4.0;
+/// What rounding can add beside a singularity, where an index loses digits.
 const UNTOLD: f64 = 1e-11;
 
 /// The iterate: everything known at a posture.
@@ -129,7 +131,7 @@ impl OrthogonalSqp {
         let mut now = self.iterate(q, if free { Order::Hessian } else { Order::Value });
         let mut settled = reached && !free;
         let order = if self.settings.exact_hessian { Order::Hessian } else { Order::Gradient };
-        let (mut before, mut evaluations) = (f64::INFINITY, 1);
+        let (mut before, mut held, mut evaluations) = (f64::INFINITY, 0, 1);
         while reached && !settled && iterations < self.settings.max_iterations {
             iterations += 1;
             let step = self.free_step(&now, target);
@@ -139,8 +141,9 @@ impl OrthogonalSqp {
                 settled = step.status == StepStatus::Regular;
                 break;
             }
-            let last = settles(step.free, before);
-            before = step.free;
+            // A step that a limit cuts short may be as small as it likes: the next one holds that joint.
+            let last = settles(step.free, before) && step.held == held;
+            (before, held) = (step.free, step.held);
             let Some(next) = self.descend(&now, target, &step, order, &mut evaluations) else { break };
             let previous = now;
             now = next;
@@ -179,9 +182,12 @@ impl OrthogonalSqp {
         order: Order,
         evaluations: &mut usize,
     ) -> Option<Iterate<C>> {
-        // What rounding alone can add. A step that promises less than values can tell is taken at its word.
+        // What rounding can add, and the task's tolerance. A step that promises less than values can tell is taken at its word.
         let size = now.objective.value.abs() + 1.0;
-        let slack = size * if step.slope.abs() <= UNTOLD * size { UNTOLD } else { ROUNDING };
+        let steepness = now.objective.gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let noise = ROUNDING * size + OFF_TARGET * self.settings.tolerance * steepness;
+        let untold = (UNTOLD * size).max(UNTOLD / ROUNDING * noise);
+        let slack = if step.slope.abs() <= untold { untold } else { noise };
         let mut alpha = 1.0;
         for _ in 0..MAX_HALVINGS {
             let mut q = now.q;
