@@ -9,6 +9,7 @@
 
 use crate::kinematics::sized::{Jacobian, bending, jacobian_rate};
 use crate::linalg::cholesky::Cholesky;
+use crate::linalg::damped::damped_step;
 use crate::linalg::symmetric::positive_part;
 use crate::linalg::vector::{add, dot, scale};
 use crate::linalg::{Row6, Rows6};
@@ -22,10 +23,12 @@ const LITTLE: f64 = 0.5;
 const ITERATIONS: usize = 8;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
+/// Part of a motion that takes back the bend of its own way.
+const UNDONE: f64 = 0.5;
+/// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
+const STRAIGHT: f64 = 0.03;
 /// The same by a bound that is twice and more what it bounds.
-const MISSING_AT_MOST: f64 = 0.25;
-/// The same on the whole way to a stop, where half is missing at the posture from which the tool turns back.
-const TURNED: f64 = 0.5;
+const SURELY_STRAIGHT: f64 = 0.1;
 /// Damping that is always there, as a part of the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-12;
 
@@ -78,23 +81,22 @@ impl<const C: usize> Asked<'_, C> {
         (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
     }
 
-    /// Whether a motion, which may be slower than wanted, leads much elsewhere than in that direction.
-    #[inline(always)]
-    pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
-        self.strays_by(motion, MISSING)
-    }
-
-    /// Whether a motion leads farther than where the tool turns back, by the curvature of its way.
-    pub fn turns_back(&self, motion: &[f64; C]) -> bool {
-        self.strays_by(motion, TURNED)
-    }
-
+    /// Whether a motion, which may be slower than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
+    /// would take half of that motion. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
     #[inline(never)]
-    fn strays_by(&self, motion: &[f64; C], most: f64) -> bool {
-        let whole = square(self.wanted);
-        let along: f64 = self.made(motion).iter().zip(self.wanted).map(|(a, b)| a * b).sum();
+    pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
+        let made = self.made(motion);
+        let (whole, along) = (square(self.wanted), made.iter().zip(self.wanted).map(|(a, b)| a * b).sum::<f64>());
         let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
-        share == 0.0 || square(&self.missing(motion, share)) > most * most * share * share * whole
+        let aside: Row6 = std::array::from_fn(|c| share * self.wanted[c] - made[c]);
+        if share == 0.0 || square(&aside) > MISSING * MISSING * share * share * whole {
+            return true;
+        }
+        let size: f64 = self.rows.iter().flatten().map(|x| x * x).sum();
+        let bent = bent(self.jacobian, self.directions, motion);
+        let back = damped_step(self.rows, &bent, LEAST_DAMPING * size, self.jacobian.n(), self.directions.dimension());
+        let length = |x: &[f64; C]| x.iter().map(|x| x * x).sum::<f64>();
+        length(&back) > UNDONE * UNDONE * length(motion)
     }
 
     /// The components of the tool's motion.
@@ -172,8 +174,8 @@ pub(super) fn bends_little<const C: usize>(
     wanted: &Row6,
 ) -> bool {
     let whole = time * square(wanted).sqrt();
-    bend(arm + directions.length(), rates, time) <= MISSING_AT_MOST * whole
-        || square(&bent(jacobian, directions, &rates.map(|x| time * x))) <= (MISSING * whole).powi(2)
+    bend(arm + directions.length(), rates, time) <= SURELY_STRAIGHT * whole
+        || square(&bent(jacobian, directions, &rates.map(|x| time * x))) <= (STRAIGHT * whole).powi(2)
 }
 
 /// The part of a curvature without negative eigenvalues that has to count beside a positive definite matrix: by their largest ratio in any direction, as
