@@ -9,7 +9,7 @@ from mujoco_plant import CELLS, DT, SECURITY, SUBSTEPS, Run, mujoco
 def draw(run: Run, file: Path) -> None:
     """Draw distance, errors, rates and statuses over time."""
     from redundancy import plots
-    from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, Figure, mpl
+    from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, Figure, mpl
 
     fine = np.linspace(0.0, run.time[-1] + DT, len(run.distance))
     with mpl.rc_context(STYLE):
@@ -31,7 +31,7 @@ def draw(run: Run, file: Path) -> None:
         rate.set(ylabel="rate / its limit", ylim=(-1.05, 1.05), yticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
         rate.legend(**right)
         status = np.array(run.status)
-        colors = {"solved": GREEN, "relaxed": ORANGE, "limited": PURPLE, "infeasible": BLACK, "not convex": GREY}
+        colors = {"solved": GREEN, "relaxed": ORANGE, "limited": PURPLE, "returning": SKY, "infeasible": BLACK}
         for name in (name for name in colors if name in run.status):
             strip.fill_between(
                 run.time, 0.0, 1.0, where=status == name, step="post", color=colors[name], label=name, linewidth=0
