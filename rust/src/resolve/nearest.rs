@@ -24,7 +24,7 @@ const ITERATIONS: usize = 8;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
 /// Part of a motion that takes back the bend of its own way.
-const UNDONE: f64 = 0.5;
+const UNDONE: f64 = 0.25;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
 const STRAIGHT: f64 = 0.03;
 /// The same by a bound that is twice and more what it bounds.
@@ -81,13 +81,13 @@ impl<const C: usize> Asked<'_, C> {
         (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
     }
 
-    /// Whether a motion, which may be slower than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
+    /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
     /// would take half of that motion. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
     #[inline(never)]
     pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
         let made = self.made(motion);
         let (whole, along) = (square(self.wanted), made.iter().zip(self.wanted).map(|(a, b)| a * b).sum::<f64>());
-        let share = if whole > 0.0 { (along / whole).clamp(0.0, 1.0) } else { return false };
+        let share = if whole > 0.0 { (along / whole).max(0.0) } else { return false };
         let aside: Row6 = std::array::from_fn(|c| share * self.wanted[c] - made[c]);
         if share == 0.0 || square(&aside) > MISSING * MISSING * share * share * whole {
             return true;

@@ -14,6 +14,9 @@ const LEAST_SHARE: f64 = 1e-4;
 /// A motion of the tool below this [rad or m] does not tell what part of the error was asked for.
 const TELLING: f64 = 1e-9;
 
+/// What is left in a tick of a larger part that was told before.
+const FORGETS: f64 = 0.9;
+
 /// What two ticks tell of the part of the error that each asks for: how the motion that is asked for changes with the motion that was made.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Closing {
@@ -29,12 +32,17 @@ impl Default for Closing {
 }
 
 impl Closing {
-    /// The part of the error that this tick asks for: all of it until two ticks have told.
-    fn share(&mut self, wanted: &Row6) -> f64 {
-        let square: f64 = self.made.iter().map(|x| x * x).sum();
-        let change: f64 = (0..6).map(|c| (self.wanted[c] - wanted[c]) * self.made[c]).sum();
-        if square > TELLING * TELLING && change > 0.0 {
-            self.share = (change / square).clamp(LEAST_SHARE, 1.0);
+    /// The part of the error that this tick asks for, the larger one where angles (the first components) and positions have gains of their own: all
+    /// of it until two ticks have told. A larger one is believed at once, a smaller one by and by: braking early does no harm.
+    fn share(&mut self, wanted: &Row6, angular: usize) -> f64 {
+        let told = |from: usize, to: usize| {
+            let square: f64 = self.made[from..to].iter().map(|x| x * x).sum();
+            let change: f64 = (from..to).map(|c| (self.wanted[c] - wanted[c]) * self.made[c]).sum();
+            if square > TELLING * TELLING && change > 0.0 { change / square } else { 0.0 }
+        };
+        let share = told(0, angular).max(told(angular, 6));
+        if share > 0.0 {
+            self.share = share.max(FORGETS * self.share).clamp(LEAST_SHARE, 1.0);
         }
         self.share
     }
@@ -136,7 +144,7 @@ impl QuadraticSolver {
         asked: &Asked<'_, C>,
         closing: &mut Closing,
     ) -> Minimum<C> {
-        let share = closing.share(asked.wanted);
+        let share = closing.share(asked.wanted, self.task.angular.dimension());
         let motion = |found: &Minimum<C>| found.x.map(|x| programme.dt * x);
         let (short, mut made) = asked.falls_short(self.robot.arm(), &motion(&found));
         if short && self.strays(programme, asked, share) {
@@ -205,9 +213,8 @@ impl QuadraticSolver {
         if at.rows.is_empty() || out.status != Status::Solved {
             return out;
         }
-        // The nearest that rows allow.
-        let mut near = Cost::of_rates(&[1.0; C][..n]);
-        near.g = out.x.map(|x| -x);
+        // The nearest that rows allow, as the model measures it.
+        let near = Cost { h: cost.h, g: cost.h.map(|row| -row.iter().zip(&out.x).map(|(h, x)| h * x).sum::<f64>()) };
         solve(&near, at, n, &ActiveSet::default())
     }
 }
