@@ -65,7 +65,8 @@ impl QuadraticSolver {
     ) -> Minimum<C> {
         let dt = programme.dt;
         let wanted = programme.wanted.map(|x| dt * x);
-        let weighed = self.general.as_ref().and_then(|general| general.weighed(&programme.directions, &wanted)).unwrap_or(wanted);
+        let weigh = |x: Row6| self.general.as_ref().and_then(|general| general.weighed(&programme.directions, &x)).unwrap_or(x);
+        let weighed = weigh(wanted);
         let asked = Asked {
             jacobian: programme.jacobian,
             directions: &programme.directions,
@@ -77,12 +78,13 @@ impl QuadraticSolver {
             return self.braked(programme, at, found, &asked, closing);
         }
         let motion = found.x.map(|x| dt * x);
-        let needs = match self.objective() {
-            None => asked.falls_short(self.robot.arm(), &motion).0,
-            // Where the task gives way to the worth of an index, a tick falls short as a rule.
-            Some(_) => self.part_along(programme, &asked, &found, &motion) > 0.0,
-        };
-        if needs { self.curved(programme, at, found, &asked) } else { found }
+        if self.objective().is_none() {
+            return if asked.falls_short(self.robot.arm(), &motion).0 { self.curved(programme, at, found, &asked) } else { found };
+        }
+        // Where the task gives way to the worth of an index, a tick falls short as a rule: what counts is what it leaves.
+        let made = asked.made(&motion);
+        let asked = Asked { weighed: &weigh(std::array::from_fn(|c| wanted[c] - made[c])), ..asked };
+        if self.part_along(programme, &asked, &found, &motion) > 0.0 { self.curved(programme, at, found, &asked) } else { found }
     }
 
     #[cold]
