@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import redundancy as rd
 
-from tests.reference.rest import LOOPS, ROBOTS, SAME_COST, STILL, cost_left, loop, random_goal, send, within
+from tests.reference.rest import LOOPS, ROBOTS, SAME_COST, STILL, Goal, cost_left, loop, random_goal, send, within
 
 UR5E = rd.robots.get("ur5e")
 
@@ -62,12 +62,7 @@ def test_goals_within_reach_are_reached(method: str) -> None:
         low, high = within(robot)
         there = rng.uniform(0.5 * low, 0.5 * high)
         q = there + rng.uniform(-0.2, 0.2, robot.n)
-        if method == "QuadraticProgram":
-            solver = rd.QuadraticProgram(robot, rd.Task.full(), dt=2e-3, stiffness=1e6)
-        elif method == "OrthogonalSQP":
-            solver = rd.OrthogonalSQP(robot, rd.Task.full(), rd.ConditionNumber(0.4, squared=True), dt=2e-3)
-        else:
-            solver = getattr(rd, method)(robot, rd.Task.full(), dt=2e-3)
+        solver = loop(Goal(robot, rd.Task.full(), robot.fk(there), 2e-3, 1e6, 10.0), method)
         goal = robot.fk(there)
         for _ in range(2000):
             q = q + 2e-3 * solver.step(q, 10.0 * solver.error(q, goal))

@@ -59,4 +59,5 @@ def slope(solver: rd.OrthogonalSQP, q: F64, target: F64) -> tuple[float, float, 
 def jumps(robot: rd.Robot, q: F64, target: F64) -> bool:
     """Whether the rotation from the tool to its target is nearly half a turn, where differences mean nothing."""
     between = robot.fk(q)[:3, :3].T @ target[:3, :3]
-    return float(np.arccos(np.clip(0.5 * (np.trace(between) - 1.0), -1.0, 1.0))) > NEAR_HALF_TURN
+    angle = float(np.arccos(np.clip(0.5 * (np.trace(between) - 1.0), -1.0, 1.0)))
+    return bool(angle > NEAR_HALF_TURN)

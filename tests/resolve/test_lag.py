@@ -24,7 +24,8 @@ def helix(phi: float, speed: float) -> tuple[F64, F64]:
 def start() -> F64:
     path = rd.Toolpath.helix(0.25, 0.5 / np.pi, 0.0, np.pi / 2, offset=np.pi, center=(1.3, 1.0, 0.0))
     best = rd.follow(rd.OrthogonalSQP(rd.robots.get("fanuc_m710ic50_milling"), TASK, KAPPA), path, progress=False).q[0]
-    return FINE.solve(helix(0.0, 1.0)[0], best).q
+    start: F64 = FINE.solve(helix(0.0, 1.0)[0], best).q
+    return start
 
 
 def lag(q: F64, duration: float, dt: float) -> float:
@@ -70,7 +71,8 @@ def test_several_freedoms_keep_up_too() -> None:
     first = robot.fk(q)
 
     def place(t: float) -> F64:
-        return np.r_[first[:3, 3] + [0.0, 0.1 * np.sin(t), 0.05 * t], first[:3, 2]]
+        position: F64 = first[:3, 3] + np.array([0.0, 0.1 * np.sin(t), 0.05 * t])
+        return np.concatenate([position, first[:3, 2]])
 
     q, worst = fine.solve(place(0.0), q).q, 0.0
     for k in range(600):

@@ -141,7 +141,7 @@ def test_null_directions_where_the_jacobian_is_singular() -> None:
 def test_history_of_a_solution() -> None:
     robot = rd.robots.get("fanuc_m710ic50_milling")
     for hessian in ("exact", "bfgs"):
-        solver = rd.OrthogonalSQP(robot, rd.Task.axisymmetric(), KAPPA, hessian=hessian)  # type: ignore[arg-type]
+        solver = rd.OrthogonalSQP(robot, rd.Task.axisymmetric(), KAPPA, hessian=hessian)
         q0 = np.deg2rad([10, 20, -15, 40, -50, 30.0])
         target = robot.fk(q0)
         q, value, status, _ = solver.solve(target, q0)

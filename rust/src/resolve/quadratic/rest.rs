@@ -11,6 +11,8 @@ use crate::resolve::nearest::{Asked, part_that_counts, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
 const LEAST_SHARE: f64 = 1e-4;
+/// What a tick leaves of the twist, squared and relative to it, up to which the task leads and not the index.
+const TASK_LEADS: f64 = 1.2;
 /// A motion of the tool below this [rad or m] does not tell what part of the error was asked for.
 const TELLING: f64 = 1e-9;
 
@@ -78,13 +80,26 @@ impl QuadraticSolver {
             return self.braked(programme, at, found, &asked, closing);
         }
         let motion = found.x.map(|x| dt * x);
-        if self.objective().is_none() {
+        if !self.has_worth(programme) {
             return if asked.falls_short(self.robot.arm(), &motion).0 { self.curved(programme, at, found, &asked) } else { found };
         }
         // Where the task gives way to the worth of an index, a tick falls short as a rule: what counts is what it leaves.
         let made = asked.made(&motion);
-        let asked = Asked { weighed: &weigh(std::array::from_fn(|c| wanted[c] - made[c])), ..asked };
-        if self.part_along(programme, &asked, &found, &motion) > 0.0 { self.curved(programme, at, found, &asked) } else { found }
+        let left: Row6 = std::array::from_fn(|c| wanted[c] - made[c]);
+        let asked = Asked { weighed: &weigh(left), ..asked };
+        let square = |x: &Row6| x.iter().map(|x| x * x).sum::<f64>();
+        // An index that drives the tool farther than the task does is followed as it is printed.
+        let task_leads = square(&left) <= TASK_LEADS * square(&wanted);
+        if task_leads && self.part_along(programme, &asked, &found, &motion) > 0.0 {
+            return self.curved(programme, at, found, &asked);
+        }
+        found
+    }
+
+    /// Whether an index counts beside the task.
+    #[inline(always)]
+    fn has_worth<const C: usize>(&self, programme: &Programme<'_, C>) -> bool {
+        programme.conditioned && self.objective().is_some()
     }
 
     #[cold]
@@ -97,9 +112,10 @@ impl QuadraticSolver {
         asked: &Asked<'_, C>,
     ) -> Minimum<C> {
         let (n, dt) = (programme.n, programme.dt);
-        let part = match self.objective() {
-            None => part_that_counts(&programme.cost.h, &positive_part(self.curvature(programme, asked, 1.0), n), n),
-            Some(_) => self.part_along(programme, asked, &found, &found.x.map(|x| dt * x)),
+        let part = if self.has_worth(programme) {
+            self.part_along(programme, asked, &found, &found.x.map(|x| dt * x))
+        } else {
+            part_that_counts(&programme.cost.h, &positive_part(self.curvature(programme, asked, 1.0), n), n)
         };
         if part == 0.0 {
             return found;

@@ -69,7 +69,7 @@ pub(super) struct Programme<'a, const C: usize> {
     pub rows: Rows6<C>,
     pub wanted: Row6,
     /// Whether the index could be evaluated.
-    conditioned: bool,
+    pub conditioned: bool,
     pub jacobian: &'a Jacobian<C>,
     pub dt: f64,
 }

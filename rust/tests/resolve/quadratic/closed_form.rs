@@ -52,10 +52,11 @@ proptest! {
 
     /// Eq. 10 and 14: a Hessian and a gradient, or a matrix of rank one.
     #[test]
-    fn rates_with_an_index(seed in rngs(), kind in 0usize..4, weight in -2.0..6.0f64) {
+    fn rates_with_an_index(seed in rngs(), kind in 0usize..4, weight in -2.0..7.5f64) {
         let rng = &mut Rng(seed);
         let case = Case::new(rng, kind);
-        let (settings, q) = (settings(rng, false), posture(rng, &case.robot));
+        // In so short a tick the tool's way bends by nothing that counts.
+        let (settings, q) = (QuadraticSettings { dt: 3e-4, ..settings(rng, false) }, posture(rng, &case.robot));
         let (objective, weight, dt) = (objective(rng, case.n()), 10f64.powf(weight), settings.dt);
         let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &[], twists: &[] };
         let (value, gradient, hessian) = expansion(&objective, &case.robot, &q);
@@ -100,7 +101,7 @@ proptest! {
     fn stiffness_leads_to_the_pseudo_inverse(seed in rngs(), kind in 0usize..4) {
         let rng = &mut Rng(seed);
         let case = Case::new(rng, kind);
-        let (settings, q) = (QuadraticSettings { length: 1.0, ..settings(rng, false) }, posture(rng, &case.robot));
+        let (settings, q) = (QuadraticSettings { length: 1.0, dt: 1e-9, ..settings(rng, false) }, posture(rng, &case.robot));
         let twist = twist(rng, 1.0);
         let (all, projector) = case.matrices(&q);
         let task = projector * all;
