@@ -23,6 +23,8 @@ const LITTLE: f64 = 0.5;
 const ITERATIONS: usize = 8;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
+/// Part of what is left of a motion that is made of it where it is out of reach.
+const STUCK: f64 = 0.05;
 /// Part of a motion that takes back the bend of its own way.
 const UNDONE: f64 = 0.25;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
@@ -79,6 +81,18 @@ impl<const C: usize> Asked<'_, C> {
         let (left, whole) = (square(&std::array::from_fn(|c| self.wanted[c] - made[c])).sqrt(), square(self.wanted).sqrt());
         let most = left + bend(arm + self.directions.length(), motion, 1.0);
         (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
+    }
+
+    /// Whether a motion leaves much of what is wanted, and hardly makes any of what it leaves: as before a goal out of reach, and not for want of stiffness.
+    #[inline(always)]
+    pub fn is_stuck(&self, arm: f64, motion: &[f64; C]) -> bool {
+        let (short, made) = self.falls_short(arm, motion);
+        if !short {
+            return false;
+        }
+        let left: Row6 = std::array::from_fn(|c| self.wanted[c] - made[c]);
+        let along: f64 = made.iter().zip(&left).map(|(a, b)| a * b).sum();
+        along <= STUCK * square(&left)
     }
 
     /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo

@@ -81,7 +81,7 @@ impl QuadraticSolver {
         }
         let motion = found.x.map(|x| dt * x);
         if !self.has_worth(programme) {
-            return if asked.falls_short(self.robot.arm(), &motion).0 { self.curved(programme, at, found, &asked) } else { found };
+            return if asked.is_stuck(self.robot.arm(), &motion) { self.curved(programme, at, found, &asked) } else { found };
         }
         // Where the task gives way to the worth of an index, a tick falls short as a rule: what counts is what it leaves.
         let made = asked.made(&motion);

@@ -59,6 +59,7 @@ pub(super) struct RateBounds<const C: usize> {
 }
 
 /// The programme of a tick but for its rows.
+#[derive(Clone, Copy)]
 pub(super) struct Programme<'a, const C: usize> {
     pub tick: &'a Tick<'a>,
     pub n: usize,
@@ -314,6 +315,9 @@ impl QuadraticSolver {
             cost = self.cost_of_rates(n);
             self.add_tasks(&mut cost, programme.tick, programme.dt, &programme.directions, &programme.rows, &programme.wanted);
             found = solve(&cost, at, n, &ActiveSet::default());
+            if found.status == Status::Solved {
+                found = self.nearest(&Programme { cost, conditioned: false, ..*programme }, at, found, &mut memory.closing);
+            }
         }
         let mut beyond_deviation = false;
         let own = Constraints { rows: &at.rows[..hard], ..*at };
