@@ -23,8 +23,8 @@ const LITTLE: f64 = 0.5;
 const ITERATIONS: usize = 8;
 /// Part of a motion that may be missing at the end of a tick for it to count as followed.
 const MISSING: f64 = 0.1;
-/// Part of what is left of a motion that is made of it where it is out of reach.
-const STUCK: f64 = 0.05;
+/// Part of the largest joint motion below which a joint stands.
+const STANDS: f64 = 1e-6;
 /// Part of a motion that takes back the bend of its own way.
 const UNDONE: f64 = 0.25;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
@@ -83,18 +83,6 @@ impl<const C: usize> Asked<'_, C> {
         (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
     }
 
-    /// Whether a motion leaves much of what is wanted, and hardly makes any of what it leaves: as before a goal out of reach, and not for want of stiffness.
-    #[inline(always)]
-    pub fn is_stuck(&self, arm: f64, motion: &[f64; C]) -> bool {
-        let (short, made) = self.falls_short(arm, motion);
-        if !short {
-            return false;
-        }
-        let left: Row6 = std::array::from_fn(|c| self.wanted[c] - made[c]);
-        let along: f64 = made.iter().zip(&left).map(|(a, b)| a * b).sum();
-        along <= STUCK * square(&left)
-    }
-
     /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
     /// would take half of that motion. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
     #[inline(never)]
@@ -106,9 +94,12 @@ impl<const C: usize> Asked<'_, C> {
         if share == 0.0 || square(&aside) > MISSING * MISSING * share * share * whole {
             return true;
         }
-        let size: f64 = self.rows.iter().flatten().map(|x| x * x).sum();
+        // Joints that stand, as at a limit, do not take part.
+        let largest = motion.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let rows = self.rows.map(|row| std::array::from_fn(|i| if motion[i].abs() > STANDS * largest { row[i] } else { 0.0 }));
+        let size: f64 = rows.iter().flatten().map(|x| x * x).sum();
         let bent = bent(self.jacobian, self.directions, motion);
-        let back = damped_step(self.rows, &bent, LEAST_DAMPING * size, self.jacobian.n(), self.directions.dimension());
+        let back = damped_step(&rows, &bent, LEAST_DAMPING * size, self.jacobian.n(), self.directions.dimension());
         let length = |x: &[f64; C]| x.iter().map(|x| x * x).sum::<f64>();
         length(&back) > UNDONE * UNDONE * length(motion)
     }

@@ -11,6 +11,8 @@ use crate::resolve::nearest::{Asked, part_that_counts, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
 const LEAST_SHARE: f64 = 1e-4;
+/// Part of what a tick leaves that it makes of it where that is out of reach.
+const STUCK: f64 = 0.05;
 /// What a tick leaves of the twist, squared and relative to it, up to which the task leads and not the index.
 const TASK_LEADS: f64 = 1.2;
 /// A motion of the tool below this [rad or m] does not tell what part of the error was asked for.
@@ -55,6 +57,14 @@ impl Closing {
     }
 }
 
+/// Whether a tick hardly makes any of what it leaves, as before a goal out of reach, and not for want of stiffness: then it would make more of it.
+fn is_stuck(made: &Row6, wanted: &Row6, weigh: impl Fn(Row6) -> Row6) -> bool {
+    let left: Row6 = std::array::from_fn(|c| wanted[c] - made[c]);
+    let weighed = weigh(left);
+    let with = |x: &Row6| -> f64 { x.iter().zip(&weighed).map(|(a, b)| a * b).sum() };
+    with(made) <= STUCK * with(&left)
+}
+
 impl QuadraticSolver {
     /// Rates that lead where they promise to over the tick: those found, or those of the second-order model.
     #[inline(always)]
@@ -81,7 +91,9 @@ impl QuadraticSolver {
         }
         let motion = found.x.map(|x| dt * x);
         if !self.has_worth(programme) {
-            return if asked.is_stuck(self.robot.arm(), &motion) { self.curved(programme, at, found, &asked) } else { found };
+            let (short, made) = asked.falls_short(self.robot.arm(), &motion);
+            let stuck = short && is_stuck(&made, &wanted, weigh);
+            return if stuck { self.curved(programme, at, found, &asked) } else { found };
         }
         // Where the task gives way to the worth of an index, a tick falls short as a rule: what counts is what it leaves.
         let made = asked.made(&motion);
