@@ -16,6 +16,7 @@ STILL = 1e-3
 """Rates of a robot at rest [rad/s]."""
 SAME_COST = 1e-4
 SECONDS = 5.0
+WITHIN_REACH = 1e-12
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,10 @@ def send(goal: Goal, method: str, q: F64) -> tuple[F64, float]:
 
 
 def cost_left(goal: Goal, q: F64) -> float:
-    """Return by how much an independent optimiser, from there, makes |e|^2 / 2 less within the limits."""
+    """Return by how much an independent optimiser, from there, makes |e|^2 / 2 less within the limits.
+
+    NaN where it makes it nothing: the goal was within reach after all.
+    """
     judge = rd.OrthogonalSQP(goal.robot, goal.task, rd.JointLimits(), length=1.0)
     inside = np.clip(q, goal.robot.q_min + 1e-12, goal.robot.q_max - 1e-12)
     found = least_squares(
@@ -99,4 +103,4 @@ def cost_left(goal: Goal, q: F64) -> float:
         gtol=1e-12,
         max_nfev=300,
     )
-    return float(0.5 * np.sum(judge.error(q, goal.pose) ** 2) - found.cost)
+    return float(0.5 * np.sum(judge.error(q, goal.pose) ** 2) - found.cost) if found.cost > WITHIN_REACH else np.nan

@@ -38,6 +38,8 @@ def main(arguments: list[str]) -> int:
                 for place in places:
                     q, rate = send(goal, method, place)
                     left = cost_left(goal, q)
+                    if np.isnan(left):
+                        continue  # within reach after all
                     runs, moving, higher = runs + 1, moving + (rate >= STILL), higher + (left >= SAME_COST)
                     fastest, worst = max(fastest, rate), max(worst, left)
             print(

@@ -84,9 +84,9 @@ impl<const C: usize> Asked<'_, C> {
     }
 
     /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
-    /// would take half of that motion. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
+    /// would take much of that motion, of joints that move with an ease of their own. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
     #[inline(never)]
-    pub fn goes_astray(&self, motion: &[f64; C]) -> bool {
+    pub fn goes_astray(&self, motion: &[f64; C], ease: &[f64; C]) -> bool {
         let made = self.made(motion);
         let (whole, along) = (square(self.wanted), made.iter().zip(self.wanted).map(|(a, b)| a * b).sum::<f64>());
         let share = if whole > 0.0 { (along / whole).max(0.0) } else { return false };
@@ -96,12 +96,13 @@ impl<const C: usize> Asked<'_, C> {
         }
         // Joints that stand, as at a limit, do not take part.
         let largest = motion.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-        let rows = self.rows.map(|row| std::array::from_fn(|i| if motion[i].abs() > STANDS * largest { row[i] } else { 0.0 }));
+        let rows: Rows6<C> =
+            self.rows.map(|row| std::array::from_fn(|i| if motion[i].abs() > STANDS * largest { ease[i] * row[i] } else { 0.0 }));
         let size: f64 = rows.iter().flatten().map(|x| x * x).sum();
         let bent = bent(self.jacobian, self.directions, motion);
         let back = damped_step(&rows, &bent, LEAST_DAMPING * size, self.jacobian.n(), self.directions.dimension());
         let length = |x: &[f64; C]| x.iter().map(|x| x * x).sum::<f64>();
-        length(&back) > UNDONE * UNDONE * length(motion)
+        length(&std::array::from_fn(|i| ease[i] * back[i])) > UNDONE * UNDONE * length(motion)
     }
 
     /// The components of the tool's motion.

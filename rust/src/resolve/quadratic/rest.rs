@@ -195,7 +195,7 @@ impl QuadraticSolver {
             let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / x[i].abs()));
             // On the way that the joint that brakes longest leaves to all of them.
             let time = (0..n).fold(dt, |most, i| most.max(dt + slower * x[i].abs() / (2.0 * limits.qdd_max[i])));
-            Asked { wanted: &whole, ..*asked }.goes_astray(&x.map(|x| time * slower * x))
+            Asked { wanted: &whole, ..*asked }.goes_astray(&x.map(|x| time * slower * x), &[1.0; C])
         };
         let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
         for i in 0..n {

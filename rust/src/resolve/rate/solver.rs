@@ -300,7 +300,8 @@ impl RateSolver {
         let (w, v) = halves(twist);
         let wanted = directions.reduce(w, v).map(|x| dt * x);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
-        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)));
+        let ease = self.weights_at::<MAX_JOINTS>(q).map(|weight| 1.0 / weight.sqrt());
+        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)), &ease);
         if !astray(rates) {
             return None;
         }

@@ -142,7 +142,11 @@ impl OrthogonalSqp {
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted, weighed: wanted };
-        if asked.goes_astray(step) && asked.goes_astray(task) { asked.nearest(low, high, DAMPING) } else { None }
+        if asked.goes_astray(step, &[1.0; MAX_JOINTS]) && asked.goes_astray(task, &[1.0; MAX_JOINTS]) {
+            asked.nearest(low, high, DAMPING)
+        } else {
+            None
+        }
     }
 
     /// The room to the position limits around `q`; a joint outside may only come back.
