@@ -130,7 +130,8 @@ impl PyRateSolver {
     ///
     /// Notes
     /// -----
-    /// Where the shortest orthogonal row of the method's matrix is below ``damping`` times the longest, the step is damped. No allocation but that
+    /// Where the shortest orthogonal row of the method's matrix is below ``damping`` times the longest, the step is damped; in front of a goal
+    /// out of reach it is that of the posture nearest to it. No allocation but that
     /// of the result.
     #[pyo3(signature = (q, twist, out=None))]
     fn step<'py>(

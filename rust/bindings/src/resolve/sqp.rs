@@ -31,7 +31,7 @@ use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSetting
 /// hessian : {"exact", "bfgs"}
 ///     The exact Hessian of the objective, or BFGS updates (3.51a) that start from it.
 /// gain : float
-///     Rate at which `step` closes the distance to the objective's minimum [1/s].
+///     Rate at which `step` closes the distance to the objective's minimum [1/s]; it keeps up with a minimum that moves whatever the gain.
 /// dt : float
 ///     Length of a control tick [s].
 /// limits : bool
@@ -156,7 +156,7 @@ impl PyOrthogonalSqp {
     /// Notes
     /// -----
     /// Where the task's Jacobian is nearly singular the step is damped (shortest over longest orthogonal row below 1e-4) and the objective is left
-    /// aside. No allocation but that of the result.
+    /// aside. In front of a goal out of reach it is that of the posture nearest to it, "damped" or "limited". No allocation but that of the result.
     #[pyo3(signature = (q, twist, out=None))]
     fn step<'py>(
         &self,
@@ -354,7 +354,8 @@ impl PyOrthogonalSqp {
     /// value : float
     ///     Objective there.
     /// status : str
-    ///     "converged" (on target, at a minimum), "on target" (the limits or rounding stopped the objective) or "unreachable".
+    ///     "converged" (on target, at a minimum, or where the task leaves no freedom), "on target" (limits hold the objective above its minimum, or the
+    ///     iterations ended) or "unreachable".
     /// iterations : int
     ///     Steps.
     #[pyo3(signature = (target, q0=None, starts=24, seed=0))]
