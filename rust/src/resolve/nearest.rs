@@ -26,7 +26,7 @@ const MISSING: f64 = 0.1;
 /// Part of the largest joint motion below which a joint stands.
 const STANDS: f64 = 1e-6;
 /// Part of a motion that takes back the bend of its own way.
-const UNDONE: f64 = 0.25;
+const UNDONE: f64 = 0.1;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
 const STRAIGHT: f64 = 0.03;
 /// The same by a bound that is twice and more what it bounds.
