@@ -25,8 +25,10 @@ const ITERATIONS: usize = 8;
 const MISSING: f64 = 0.1;
 /// Part of the largest joint motion below which a joint stands.
 const STANDS: f64 = 1e-6;
-/// Part of a motion that takes back the bend of its own way.
-const UNDONE: f64 = 0.1;
+/// Part of a motion that takes back the bend of its own way: in a tick.
+pub(super) const UNDONE: f64 = 0.1;
+/// The same on the whole way to a stop: half of what is taken back at the posture from which the tool turns back.
+pub(super) const TURNED: f64 = 0.25;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
 const STRAIGHT: f64 = 0.03;
 /// The same by a bound that is twice and more what it bounds.
@@ -84,9 +86,9 @@ impl<const C: usize> Asked<'_, C> {
     }
 
     /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
-    /// would take much of that motion, of joints that move with an ease of their own. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
+    /// would take the part `undone` of that motion, of joints that move with an ease of their own. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
     #[inline(never)]
-    pub fn goes_astray(&self, motion: &[f64; C], ease: &[f64; C]) -> bool {
+    pub fn goes_astray(&self, motion: &[f64; C], ease: &[f64; C], undone: f64) -> bool {
         let made = self.made(motion);
         let (whole, along) = (square(self.wanted), made.iter().zip(self.wanted).map(|(a, b)| a * b).sum::<f64>());
         let share = if whole > 0.0 { (along / whole).max(0.0) } else { return false };
@@ -102,7 +104,7 @@ impl<const C: usize> Asked<'_, C> {
         let bent = bent(self.jacobian, self.directions, motion);
         let back = damped_step(&rows, &bent, LEAST_DAMPING * size, self.jacobian.n(), self.directions.dimension());
         let length = |x: &[f64; C]| x.iter().map(|x| x * x).sum::<f64>();
-        length(&std::array::from_fn(|i| ease[i] * back[i])) > UNDONE * UNDONE * length(motion)
+        length(&std::array::from_fn(|i| ease[i] * back[i])) > undone * undone * length(motion)
     }
 
     /// The components of the tool's motion.

@@ -7,7 +7,7 @@ use crate::linalg::damped::damped_step;
 use crate::linalg::symmetric::positive_part;
 use crate::qp::{ActiveSet, Minimum, Status};
 use crate::resolve::bounds::fastest;
-use crate::resolve::nearest::{Asked, part_that_counts, with_curvature};
+use crate::resolve::nearest::{Asked, TURNED, part_that_counts, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
 const LEAST_SHARE: f64 = 1e-4;
@@ -195,7 +195,7 @@ impl QuadraticSolver {
             let slower = (0..n).fold(1.0f64, |least, i| least.min(limits.qd_max[i] / x[i].abs()));
             // On the way that the joint that brakes longest leaves to all of them.
             let time = (0..n).fold(dt, |most, i| most.max(dt + slower * x[i].abs() / (2.0 * limits.qdd_max[i])));
-            Asked { wanted: &whole, ..*asked }.goes_astray(&x.map(|x| time * slower * x), &[1.0; C])
+            Asked { wanted: &whole, ..*asked }.goes_astray(&x.map(|x| time * slower * x), &[1.0; C], TURNED)
         };
         let (mut lower, mut upper) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
         for i in 0..n {

@@ -11,7 +11,7 @@ use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
-use crate::resolve::nearest::{Asked, bends_little};
+use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
 use crate::task::{Directions, Target, Task};
@@ -301,7 +301,7 @@ impl RateSolver {
         let wanted = directions.reduce(w, v).map(|x| dt * x);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted: &wanted, weighed: &wanted };
         let ease = self.weights_at::<MAX_JOINTS>(q).map(|weight| 1.0 / weight.sqrt());
-        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)), &ease);
+        let astray = |rates: &[f64]| asked.goes_astray(&std::array::from_fn(|i| rates.get(i).map_or(0.0, |x| dt * x)), &ease, UNDONE);
         if !astray(rates) {
             return None;
         }

@@ -15,7 +15,7 @@ use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
-use crate::resolve::nearest::{Asked, bends_little};
+use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::robot::Robot;
 use crate::task::{Constraint, Task};
 pub use constraint::ConstraintAt;
@@ -142,7 +142,7 @@ impl OrthogonalSqp {
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted, weighed: wanted };
-        if asked.goes_astray(step, &[1.0; MAX_JOINTS]) && asked.goes_astray(task, &[1.0; MAX_JOINTS]) {
+        if asked.goes_astray(step, &[1.0; MAX_JOINTS], UNDONE) && asked.goes_astray(task, &[1.0; MAX_JOINTS], UNDONE) {
             asked.nearest(low, high, DAMPING)
         } else {
             None
