@@ -70,23 +70,23 @@ impl<const C: usize> Asked<'_, C> {
         part(curvature / slope.max(0.0))
     }
 
-    /// What is missing after a motion, to second order, when `share` of what is wanted is asked for.
-    fn missing(&self, motion: &[f64; C], share: f64) -> Row6 {
-        let (made, bent) = (self.made(motion), bent(self.jacobian, self.directions, motion));
-        std::array::from_fn(|c| share * self.wanted[c] - made[c] - bent[c])
-    }
-
     /// Whether a motion leaves much of what is wanted, and what components of the tool's motion it makes.
     #[inline(always)]
     pub fn falls_short(&self, arm: f64, motion: &[f64; C]) -> (bool, Row6) {
         let made = self.made(motion);
-        let (left, whole) = (square(&std::array::from_fn(|c| self.wanted[c] - made[c])).sqrt(), square(self.wanted).sqrt());
-        let most = left + bend(arm + self.directions.length(), motion, 1.0);
-        (most > MISSING * whole && square(&self.missing(motion, 1.0)).sqrt() > MISSING * whole, made)
+        let left: Row6 = std::array::from_fn(|c| self.wanted[c] - made[c]);
+        let (most, enough) =
+            (square(&left).sqrt() + bend(arm + self.directions.length(), motion, 1.0), MISSING * square(self.wanted).sqrt());
+        if most <= enough {
+            return (false, made);
+        }
+        let bent = bent(self.jacobian, self.directions, motion);
+        (square(&std::array::from_fn(|c| left[c] - bent[c])).sqrt() > enough, made)
     }
 
-    /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which to undo
-    /// would take the part `undone` of that motion, of joints that move with an ease of their own. Steps of that size are beyond where Newton's method leads anywhere (Deuflhard 2004, section 2.1).
+    /// Whether a motion, which may be shorter or longer than wanted, leads elsewhere: by the bounds that hold it, or by the bend of the tool's way, which
+    /// to undo would take the part `undone` of that motion, of joints that move with an ease of their own. That part is how much Newton's method
+    /// would contract (Deuflhard 2004, section 2.1).
     #[inline(never)]
     pub fn goes_astray(&self, motion: &[f64; C], ease: &[f64; C], undone: f64) -> bool {
         let made = self.made(motion);
