@@ -32,7 +32,7 @@ pub(super) const TURNED: f64 = 0.25;
 /// Bend of the tool's way, as a part of what is wanted, below which nothing goes astray.
 const STRAIGHT: f64 = 0.03;
 /// The same by a bound that is twice and more what it bounds.
-const SURELY_STRAIGHT: f64 = 0.1;
+const SURELY_STRAIGHT: f64 = 0.25;
 /// Damping that is always there, as a part of the squared size of the task's Jacobian.
 const LEAST_DAMPING: f64 = 1e-12;
 
