@@ -102,7 +102,7 @@ def test_with_a_twist_too(method: str, arm: str, joint: int, offset: float, uppe
     joint, q = joint % robot.n, inside(robot)
     q[joint] = robot.q_max[joint] + offset if upper else robot.q_min[joint] - offset
     twist = 0.02 * np.random.default_rng(seed).uniform(-1.0, 1.0, 6)
-    come_back(solver(method, robot, dt), robot, q, joint, twist)
+    assert come_back(solver(method, robot, dt), robot, q, joint, twist) > 0
 
 
 @pytest.mark.parametrize("method", ALL)
