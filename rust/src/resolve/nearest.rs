@@ -228,6 +228,7 @@ pub(super) fn with_curvature<const C: usize>(h: &[[f64; C]; C], curvature: [[f64
     if Cholesky::<C>::new(&left, n).is_some() { whole } else { sum(&positive_part(curvature, n)) }
 }
 
-fn square(x: &Row6) -> f64 {
+/// The sum of squares.
+pub(super) fn square(x: &Row6) -> f64 {
     x.iter().map(|x| x * x).sum()
 }

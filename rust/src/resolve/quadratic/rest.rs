@@ -7,7 +7,7 @@ use crate::linalg::damped::damped_step;
 use crate::linalg::symmetric::positive_part;
 use crate::qp::{ActiveSet, Minimum, Status};
 use crate::resolve::bounds::fastest;
-use crate::resolve::nearest::{Asked, TURNED, part_that_counts, with_curvature};
+use crate::resolve::nearest::{Asked, TURNED, part_that_counts, square, with_curvature};
 
 /// Least part of an error that a tick is thought to ask for.
 const LEAST_SHARE: f64 = 1e-4;
@@ -99,7 +99,6 @@ impl QuadraticSolver {
         let made = asked.made(&motion);
         let left: Row6 = std::array::from_fn(|c| wanted[c] - made[c]);
         let asked = Asked { weighed: &weigh(left), ..asked };
-        let square = |x: &Row6| x.iter().map(|x| x * x).sum::<f64>();
         // An index that drives the tool farther than the task does is followed as it is printed.
         let task_leads = square(&left) <= TASK_LEADS * square(&wanted);
         if task_leads && self.part_along(programme, &asked, &found, &motion) > 0.0 {
@@ -157,8 +156,7 @@ impl QuadraticSolver {
 
     /// The second-order model of the cost, with a part of its curvature, of a tick that asks for the whole error, of which `share` is wanted now.
     fn second_order<const C: usize>(&self, programme: &Programme<'_, C>, asked: &Asked<'_, C>, part: f64, share: f64) -> Cost<C> {
-        let n = programme.n;
-        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let (n, least) = (programme.n, self.least_weight());
         let curvature = self.curvature(programme, asked, share).map(|row| row.map(|x| part * x));
         Cost { h: with_curvature(&programme.cost.h, curvature, least, n), g: programme.cost.g.map(|x| x / share) }
     }
@@ -203,8 +201,8 @@ impl QuadraticSolver {
             upper[i] = ((limits.q_max[i] - programme.tick.q[i]) / dt).max(0.0);
         }
         // The shortest rates, where limits of position have room for them: nearly always, and sooner than a programme.
-        let least = self.settings().rate_weights[..n].iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
-        let shortest = damped_step(asked.rows, &programme.wanted, least / programme.tick.stiffness, n, programme.directions.dimension());
+        let shortest =
+            damped_step(asked.rows, &programme.wanted, self.least_weight() / programme.tick.stiffness, n, programme.directions.dimension());
         if (0..n).all(|i| lower[i] <= shortest[i] && shortest[i] <= upper[i]) && !turns_back(&shortest) {
             return false;
         }
@@ -212,6 +210,11 @@ impl QuadraticSolver {
         cost.add_deviation(programme.tick.stiffness, asked.rows, &programme.wanted, programme.directions.dimension());
         let free = solve(&cost, &Constraints { lower: &lower, upper: &upper, rows: &[] }, n, &ActiveSet::default());
         free.status != Status::Solved || turns_back(&free.x)
+    }
+
+    /// The least weight of a rate.
+    fn least_weight(&self) -> f64 {
+        self.settings().rate_weights[..self.robot.n()].iter().fold(f64::INFINITY, |least, weight| least.min(*weight))
     }
 
     /// How far joint `i` goes on from a rate until it stands, the tick included [rad or m].
