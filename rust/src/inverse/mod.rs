@@ -4,6 +4,7 @@ mod analytic;
 mod general;
 mod newton;
 mod postures;
+mod search;
 
 pub use analytic::{ArmAngle, Inverse, MAX_SOLUTIONS, Solutions, Structure};
 pub use newton::{Reach, reach};

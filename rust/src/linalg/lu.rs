@@ -49,6 +49,12 @@ impl<const N: usize> Lu<N> {
         if self.odd { -product } else { product }
     }
 
+    /// Smallest over largest pivot: a cheap sign of near dependence, 0 to 1.
+    pub fn spread(&self) -> f64 {
+        let pivots = || (0..N).map(|i| self.factors[i][i].abs());
+        pivots().fold(f64::INFINITY, f64::min) / pivots().fold(f64::MIN_POSITIVE, f64::max)
+    }
+
     /// Solves for one right-hand side; pivots smaller than `floor` are taken as `floor`.
     #[inline]
     pub fn solve(&self, b: &[f64; N], floor: f64) -> [f64; N] {

@@ -16,6 +16,7 @@
 pub(crate) mod banded;
 pub(crate) mod capacity;
 pub(crate) mod cholesky;
+pub(crate) mod complex;
 pub(crate) mod damped;
 pub mod frame;
 pub(crate) mod householder;

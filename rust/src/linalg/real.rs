@@ -40,6 +40,9 @@ pub trait Real:
     /// The number in the lanes where a < b, zero in the others.
     fn where_less(self, a: Self, b: Self) -> Self;
 
+    /// `x` in the lanes where a < b, `y` in the others.
+    fn pick(a: Self, b: Self, x: Self, y: Self) -> Self;
+
     /// Sines and cosines of the first `n` angles.
     fn sin_cos<const C: usize>(angles: &[Self], n: usize) -> ([Self; C], [Self; C]);
 }
@@ -76,6 +79,11 @@ impl Real for f64 {
     #[inline(always)]
     fn where_less(self, a: Self, b: Self) -> Self {
         if a < b { self } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn pick(a: Self, b: Self, x: Self, y: Self) -> Self {
+        if a < b { x } else { y }
     }
 
     #[inline(always)]
@@ -162,6 +170,11 @@ impl Real for Lanes {
     #[inline(always)]
     fn where_less(self, a: Self, b: Self) -> Self {
         Self(std::array::from_fn(|i| if a.0[i] < b.0[i] { self.0[i] } else { 0.0 }))
+    }
+
+    #[inline(always)]
+    fn pick(a: Self, b: Self, x: Self, y: Self) -> Self {
+        Self(std::array::from_fn(|i| if a.0[i] < b.0[i] { x.0[i] } else { y.0[i] }))
     }
 
     #[inline(always)]

@@ -7,8 +7,6 @@ pub const MAX_SOLUTIONS: usize = 16;
 
 /// Two solutions this near to each other [rad] are one.
 const SAME: f64 = 1e-7;
-/// The same for candidates of an elimination.
-const SAME_ROOT: f64 = 1e-6;
 
 /// Every solution of one target, without allocation.
 #[derive(Debug, Clone, Copy)]
@@ -39,13 +37,6 @@ impl<const N: usize> Solutions<N> {
         }
         (self.q[self.count], self.branch[self.count], self.singular[self.count]) = (q, branch, singular);
         self.count += 1;
-    }
-
-    /// Adds a candidate unless it is there already, to the accuracy of a double root.
-    pub fn push_new(&mut self, q: [f64; N]) {
-        if !self.q[..self.count].iter().any(|other| same(other, &q, SAME_ROOT)) {
-            self.push(q, self.count as u8, false);
-        }
     }
 
     /// Keeps what `keep` says, which may mend a solution.

@@ -9,14 +9,15 @@ use super::solutions::{MAX_SOLUTIONS, Solutions};
 use super::structure::{Loop, Structure, Turn, Turned, angle_of, entered, point, third_row, unpoint};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
-use crate::inverse::general::general;
+use crate::inverse::general::{cannot_close, general};
 use crate::inverse::newton::reach_sized;
+use crate::inverse::search::search;
 use crate::kinematics::sized::{forward_of, jacobian};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::{Lanes, Real};
 use crate::linalg::vector::norm;
-use crate::robot::{Joint, Robot};
+use crate::robot::{Joint, RandomPostures, Robot};
 use crate::task::{Target, Task};
 
 /// Error of a pose [rad, m over the size of the robot] below which nothing is polished: next to a singularity even this moves joints.
@@ -27,6 +28,8 @@ pub const VERIFIED: f64 = 1e-10;
 const VERIFIED_ROOT: f64 = 1e-12;
 /// Shortest over longest orthogonal row of the Jacobian at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
+/// Random postures that have to be singular for an arm to count as singular everywhere.
+const SAMPLED: usize = 6;
 /// Newton steps of a polish.
 pub const POLISH: usize = 8;
 
@@ -36,6 +39,8 @@ pub struct Inverse {
     robot: Arc<Robot>,
     links: Loop,
     structure: Structure,
+    /// Whether the tool lacks a direction in every posture.
+    deficient: bool,
     size: f64,
 }
 
@@ -50,7 +55,14 @@ impl Inverse {
         links[5] = Frame::IDENTITY;
         let structure = Structure::of(&links);
         let size = links.iter().map(|link| norm(link.origin)).sum::<f64>() + norm(robot.end().origin);
-        Ok(Self { robot, links, structure, size: if size > 0.0 { size } else { 1.0 } })
+        let mut out = Self { robot, links, structure, deficient: false, size: if size > 0.0 { size } else { 1.0 } };
+        let mut postures = RandomPostures::new(0);
+        out.deficient = (0..SAMPLED).all(|_| {
+            let mut q = [0.0; 6];
+            postures.fill(&out.robot, &mut q);
+            out.is_singular(&q)
+        });
+        Ok(out)
     }
 
     /// The robot.
@@ -81,6 +93,10 @@ impl Inverse {
         let mut found = Solutions::NONE;
         let mut links = self.links;
         links[5] = self.robot.end().compose(&target.inverse()).compose(&self.robot.links()[0]);
+        if self.deficient {
+            found.complete = false;
+            return self.some(&links, target, found);
+        }
         match self.structure {
             Structure::Wrist { first, before, after } => decoupled(&entered(&links, first), before, after, &mut found),
             Structure::Parallel { first } => parallel(&entered(&links, first), &mut found),
@@ -96,6 +112,22 @@ impl Inverse {
             }
         }
         self.verify(target, &mut found);
+        found.merge_twins();
+        if found.count == 0 && !found.complete { self.some(&links, target, found) } else { found }
+    }
+
+    /// Some postures where there may be a continuum of them and none is known.
+    #[cold]
+    fn some(&self, links: &Loop, target: &Frame, mut found: Solutions) -> Solutions {
+        if cannot_close(links) {
+            found.complete = true;
+            return found;
+        }
+        search(&self.robot, target, self.size, VERIFIED, |q| {
+            let mut q = *q;
+            self.centre(&mut q);
+            found.push(q, 0, self.is_singular(&q));
+        });
         found.merge_twins();
         found
     }
@@ -216,6 +248,9 @@ fn chosen(l: &Loop, hand: &Frame, turns: &[Turn; 3], joint: usize) -> Turn {
 
 /// No closed form: by elimination, whose solutions may come more than once.
 fn general_loop(links: &Loop, found: &mut Solutions) {
-    let complete = general(links, &mut |q| found.push_new(*q));
+    let (all, complete) = general(links);
+    for q in all.solutions() {
+        found.push(*q, found.count as u8, false);
+    }
     found.complete &= complete;
 }

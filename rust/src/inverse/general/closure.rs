@@ -3,6 +3,7 @@
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{cross, sub};
 
+use crate::linalg::damped::damped_step;
 use crate::linalg::lu::Lu;
 
 /// What a closed loop may miss by, in rad and in the unit of its lengths.
@@ -13,6 +14,12 @@ const EXACT: f64 = 1e-15;
 
 /// How far from a fold the search for the solutions on its sides starts [rad].
 const FOLD: f64 = 1e-4;
+
+/// Smallest over largest pivot of the Jacobian above which a solution is isolated.
+const SINGULAR: f64 = 1e-5;
+
+/// How far along a continuum its next solution is looked for [rad].
+const AWAY: f64 = 0.02;
 
 /// The most steps, and the longest [rad]: near a singularity only half a digit is won a step.
 const STEPS: usize = 16;
@@ -54,6 +61,24 @@ pub fn polished(links: &[Frame; 6], q: &[f64; 6]) -> Option<[f64; 6]> {
 pub fn twins(links: &[Frame; 6], q: &[f64; 6]) -> [Option<[f64; 6]>; 2] {
     let along = Lu::new(closure(links, q).1).null_vector();
     [FOLD, -FOLD].map(|step| polished(links, &std::array::from_fn(|i| q[i] + step * along[i])))
+}
+
+/// Whether a solution is one of a continuum: the loop closes a little way along the direction that the Jacobian does not see, too.
+pub fn moves_on(links: &[Frame; 6], q: &[f64; 6]) -> bool {
+    let factors = Lu::new(closure(links, q).1);
+    if factors.spread() > SINGULAR {
+        return false;
+    }
+    let along = factors.null_vector();
+    let mut there: [f64; 6] = std::array::from_fn(|i| q[i] + AWAY * along[i]);
+    for _ in 0..STEPS {
+        let (error, jacobian) = closure(links, &there);
+        let step = damped_step::<6>(&jacobian, &error, 1e-13, 6, 6);
+        there = std::array::from_fn(|i| there[i] - step[i]);
+    }
+    let (error, _) = closure(links, &there);
+    let gone: f64 = (0..6).map(|i| (there[i] - q[i]) * along[i]).sum();
+    error.iter().all(|x| x.abs() < CLOSED) && gone > 0.5 * AWAY
 }
 
 /// By how much a loop does not close, as a small rotation and a displacement, and its derivatives, one column a joint.
