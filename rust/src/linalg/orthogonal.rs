@@ -141,6 +141,13 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         (smallest, largest)
     }
 
+    /// Length of the shortest orthogonal vector over that of the longest, in one lane.
+    #[inline(always)]
+    pub fn lane_spread(&self, lane: usize) -> f64 {
+        let (smallest, largest) = self.extremes(lane);
+        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
+    }
+
     /// Whether the rows of A, in one lane, are independent to working precision.
     #[inline(always)]
     pub fn lane_has_full_rank(&self, lane: usize) -> bool {
@@ -223,8 +230,7 @@ impl<const C: usize> Orthogonal<C> {
     /// Length of the shortest orthogonal vector over that of the longest: a cheap sign of near dependence, 0 to 1.
     #[inline(always)]
     pub fn spread(&self) -> f64 {
-        let (smallest, largest) = self.extremes(0);
-        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
+        self.lane_spread(0)
     }
 
     /// An orthonormal basis of the null space of A: vector `j` in row `j`, n - m of them.

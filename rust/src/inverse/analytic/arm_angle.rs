@@ -48,8 +48,9 @@ impl ArmAngle {
             return Err(refused());
         }
         let size: f64 = links[1..].iter().map(|link| norm(link.origin)).sum();
-        let point_of = |i: usize| match (meeting(&links[i], size), meeting(&links[i + 1], size)) {
-            (Some((first, middle)), Some((other, last))) if (middle - other).abs() <= MEETING * size => Some((first, last)),
+        let off = MEETING * size;
+        let point_of = |i: usize| match (meeting(&links[i], off), meeting(&links[i + 1], off)) {
+            (Some((first, middle)), Some((other, last))) if (middle - other).abs() <= off => Some((first, last)),
             _ => None,
         };
         let (shoulder, wrist) = (point_of(1).ok_or_else(refused)?, point_of(5).ok_or_else(refused)?);
@@ -136,8 +137,9 @@ impl ArmAngle {
             let shoulder = Frame { axes: upper.axes.map(|axis| self.links[0].unrotate(axis)), origin: [0.0; 3] };
             let fore = upper.compose(&forearm);
             let last = Frame { axes: hand.axes.map(|axis| fore.unrotate(axis)), origin: [0.0; 3] };
-            wrist(&self.links[1], &self.links[2], &shoulder, |upper| {
-                wrist(&self.links[5], &self.links[6], &last, |lower| {
+            let (mut above, mut below) = (f64::INFINITY, f64::INFINITY);
+            wrist(&self.links[1], &self.links[2], &shoulder, &mut above, |upper| {
+                wrist(&self.links[5], &self.links[6], &last, &mut below, |lower| {
                     let ([q1, q2, q3], [q5, q6, q7]) = (upper.q, lower.q);
                     let branch = 4 * elbow + 2 * upper.side + lower.side;
                     found.push([q1, q2, q3, s4.atan2(c4), q5, q6, q7], branch, stretched || upper.singular || lower.singular);

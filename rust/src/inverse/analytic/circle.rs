@@ -21,6 +21,8 @@ pub struct Points {
     pub tangent: [bool; 4],
     /// How many there are.
     pub count: usize,
+    /// How much the line or curve may change, relative to its size, before points come that are not there now, or all of the circle fulfils it.
+    pub gap: f64,
 }
 
 impl Points {
@@ -50,9 +52,9 @@ pub fn on_line(line: &Turned, value: f64, scale: f64) -> Option<Points> {
     // On the line, at the foot of the perpendicular and half a chord to either side.
     let foot = rest / r;
     if foot.abs() > 1.0 + TOUCHING {
-        return Some(Points::default());
+        return Some(Points { gap: (foot.abs() - 1.0) * r / scale, ..Points::default() });
     }
-    Some(beside((a / r, b / r), foot, 1.0 - foot.abs()))
+    Some(Points { gap: r / scale, ..beside((a / r, b / r), foot, 1.0 - foot.abs()) })
 }
 
 /// A turn at which `line` lies between two values: none if that will do, else one well inside.
@@ -123,16 +125,20 @@ pub fn on_conic(k: &Conic, magnitude: f64) -> Option<Points> {
         let slope = b1 * c - a1 * s + 2.0 * (b2 * c2 - a2 * s2);
         [a0 + a1 * c + b1 * s + a2 * c2 + b2 * s2, slope, -(a1 * c + b1 * s) - 4.0 * (a2 * c2 + b2 * s2)]
     };
-    let mut points = Points::default();
+    let mut points = Points { gap: 1.0, ..Points::default() };
     for z in quartic_roots([(0.5 * a2, 0.5 * b2), (0.5 * a1, 0.5 * b1), (a0, 0.0), (0.5 * a1, -0.5 * b1), (0.5 * a2, -0.5 * b2)]) {
         let modulus = z.0.hypot(z.1);
         if (modulus - 1.0).abs() > NEAR {
+            points.gap = points.gap.min(0.5 * (modulus - 1.0).powi(2));
             continue;
         }
         let start = z.1.atan2(z.0);
         // Where two roots have met the slope has one that is told sharply; else the root itself.
         let touching = polished(&f, start, 1).filter(|q| f(*q)[0].abs() <= TOUCHED * magnitude);
         let angle = touching.or_else(|| polished(&f, start, 0).filter(|q| f(*q)[0].abs() <= ZERO * scale));
+        if angle.is_none() {
+            points.gap = points.gap.min(0.5 * (modulus - 1.0).powi(2));
+        }
         if let Some(angle) = angle {
             let (s, c) = angle.sin_cos();
             let twin = points.iter().position(|((x, y), ..)| (x - c).abs() + (y - s).abs() <= TANGENT);
@@ -142,6 +148,7 @@ pub fn on_conic(k: &Conic, magnitude: f64) -> Option<Points> {
             }
         }
     }
+    points.gap *= scale / magnitude;
     Some(points)
 }
 
@@ -235,7 +242,7 @@ pub fn on_two_circles(a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> Option
     let mut conic: Conic = std::array::from_fn(|i| first[i] + second[i]);
     conic[0] -= 1.0;
     let points = on_conic(&conic, magnitude(&[first, second]).max(1.0))?;
-    let mut pairs = Pairs::default();
+    let mut pairs = Pairs { gap: points.gap, ..Pairs::default() };
     for ((c, s), side, tangent) in points.iter() {
         let at = |i: usize| constant[i] + c * cosine[i] + s * sine[i];
         let r = at(0).hypot(at(1));
@@ -251,6 +258,8 @@ pub struct Pairs {
     pub at: [(Point, Point, u8, bool); 4],
     /// How many there are.
     pub count: usize,
+    /// As [`Points::gap`].
+    pub gap: f64,
 }
 
 impl Pairs {
@@ -292,10 +301,11 @@ fn lines(weights: [f64; 2], a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> 
     let line = Turned { constant: 0.0, cosine: combined(&a, 0), sine: combined(&a, 1) };
     let xs = on_line(&line, weights[0] * e[0] + weights[1] * e[1], size(&a))?;
     let row = usize::from(b[1][0].hypot(b[1][1]) > b[0][0].hypot(b[0][1]));
-    let mut pairs = Pairs::default();
+    let mut pairs = Pairs { gap: xs.gap, ..Pairs::default() };
     for (x, side, double) in xs.iter() {
         let rest = e[row] - a[row][0] * x.0 - a[row][1] * x.1;
         let ys = on_line(&Turned { constant: 0.0, cosine: b[row][0], sine: b[row][1] }, rest, size(&b))?;
+        pairs.gap = pairs.gap.min(ys.gap);
         for (y, other, tangent) in ys.iter() {
             pairs.push(x, y, 2 * side + other, double || tangent);
         }

@@ -6,6 +6,7 @@
 
 mod arm_angle;
 mod circle;
+mod nearby;
 mod parallel;
 mod regional;
 mod solutions;

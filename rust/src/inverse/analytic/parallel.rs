@@ -47,9 +47,11 @@ pub fn parallel(l: &Loop, found: &mut Solutions) {
         found.complete = false;
         return;
     };
+    found.gap = found.gap.min(pairs.gap);
     for &((c1, s1), fifth, side, tangent) in &pairs.at[..pairs.count] {
         // The common axis seen from joint 6: near it in line, q5 is told by its sine.
         let from_two = scale(sense, l[5].rotate(turned(c1, s1, axis)));
+        found.gap = found.gap.min(across(from_two).sqrt());
         if across(from_two) > NEARLY_IN_LINE * NEARLY_IN_LINE {
             last_and_planar(l, (c1, s1), fifth, from_two, side, tangent, found);
             continue;
@@ -58,6 +60,7 @@ pub fn parallel(l: &Loop, found: &mut Solutions) {
             found.complete = false;
             continue;
         };
+        found.gap = 0.0;
         for (turn, other, double) in points.iter() {
             let same_side = turn.0 * fifth.0 + turn.1 * fifth.1 > 0.0 && (tangent || other == side & 1);
             if same_side {
@@ -99,6 +102,7 @@ fn last_and_planar(l: &Loop, (c1, s1): Turn, (c5, s5): Turn, from_two: Vec3, sid
         return;
     };
     found.complete &= !in_line;
+    found.gap = found.gap.min(third.gap);
     for ((c3, s3), elbow, stretched) in third.iter() {
         let arm = std::array::from_fn(|i| upper[i] + c3 * spokes[0][i] + s3 * spokes[1][i]);
         let q2 = angle_between(arm, reach);

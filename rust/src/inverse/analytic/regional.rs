@@ -23,11 +23,13 @@ pub struct Regional {
     pub free: Option<usize>,
 }
 
-/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for.
+/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for. Axes 2 and 3
+/// count as parallel up to `tilt` \[rad\]; `gap` becomes the smallest gap ([`super::circle::Points`]) on the way, if that is smaller.
 #[inline(always)]
-pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, found: impl FnMut(Regional)) -> bool {
+pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, tilt: f64, gap: &mut f64, found: impl FnMut(Regional)) -> bool {
     let arm = Arm { l1, l2, wrist, place, size: norm(l1.origin) + norm(l2.origin) + norm(wrist) };
-    if across(l2.axes[2]) <= PARALLEL * PARALLEL { arm.elbow_parallel(found) } else { arm.any(found) }
+    let tilt = tilt.max(PARALLEL);
+    if across(l2.axes[2]) <= tilt * tilt { arm.elbow_parallel(gap, found) } else { arm.any(gap, found) }
 }
 
 struct Arm<'a> {
@@ -57,21 +59,23 @@ impl Arm<'_> {
 
     /// Axes 2 and 3 parallel, as in most industrial arms: the place along them gives q1, its distance from axis 2 q3.
     #[inline(always)]
-    fn elbow_parallel(&self, mut found: impl FnMut(Regional)) -> bool {
+    fn elbow_parallel(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
         let wheel = self.wheel();
         // (l1^-1 Z(-q1) place) along z is what the wrist keeps along axis 2 whatever q3 is.
         let along = Turned::new(self.place, self.l1.axes[2]);
         let height = wheel[0][2] + dot(self.l1.axes[2], self.l1.origin);
         let Some(first) = on_line(&along, height, self.size) else {
             // Axis 1 parallel to the others, or the place on axis 1.
-            return self.shoulder_free(found);
+            return self.shoulder_free(gap, found);
         };
+        *gap = gap.min(first.gap);
         let distance = Self::distance(&wheel);
         for ((c1, s1), shoulder, beside) in first.iter() {
             let seen = unpoint(self.l1, turned(c1, -s1, self.place));
             let Some(third) = on_line(&distance, square(seen), self.size * self.size) else {
                 return false;
             };
+            *gap = gap.min(third.gap);
             for ((c3, s3), elbow, stretched) in third.iter() {
                 let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
                 let on_axis = across(wrist) <= (ON_AXIS * self.size).powi(2);
@@ -84,15 +88,16 @@ impl Arm<'_> {
     }
 
     /// The place is on axis 1: q1 may be chosen, so it is 0.
-    fn shoulder_free(&self, mut found: impl FnMut(Regional)) -> bool {
+    fn shoulder_free(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
         if across(self.place) > (ON_AXIS * self.size).powi(2) {
-            return self.any(found);
+            return self.any(gap, found);
         }
         let wheel = self.wheel();
         let seen = unpoint(self.l1, self.place);
         let Some(third) = on_line(&Self::distance(&wheel), square(seen), self.size * self.size) else {
             return false;
         };
+        *gap = 0.0;
         for ((c3, s3), elbow, _) in third.iter() {
             let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
             found(Regional { turns: [(1.0, 0.0), turn_between(wrist, seen), (c3, s3)], side: elbow, singular: true, free: Some(0) });
@@ -102,7 +107,7 @@ impl Arm<'_> {
 
     /// Any axes. With x = Z(q2) l2 Z(q3) wrist, the height of the place along axis 1 and its squared distance from the foot of axis 1 do not
     /// depend on q1 and are linear in x; what x has across axis 2 is known up to its direction.
-    fn any(&self, mut found: impl FnMut(Regional)) -> bool {
+    fn any(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
         let wheel = self.wheel();
         let distance = Self::distance(&wheel);
         let (u, t) = (self.l1.unrotate(self.l1.origin), third_row(self.l1));
@@ -126,9 +131,10 @@ impl Arm<'_> {
             let Some(points) = on_conic(&std::array::from_fn(|i| xx[i] + yy[i] - radial[i]), magnitude(&[xx, yy, radial])) else {
                 return false;
             };
+            *gap = gap.min(points.gap);
             let at = |f: &[f64; 3], c: f64, s: f64| f[0] + c * f[1] + s * f[2];
             for ((c, s), side, tangent) in points.iter() {
-                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, tangent, &mut found);
+                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, tangent, gap, &mut found);
             }
             return true;
         }
@@ -147,8 +153,9 @@ impl Arm<'_> {
         let Some(third) = on_line(&line, 0.0, self.size * if size_u > PARALLEL * self.size { self.size } else { 1.0 }) else {
             return false;
         };
+        *gap = gap.min(third.gap);
         for ((c, s), side, tangent) in third.iter() {
-            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, tangent, &mut found);
+            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, tangent, gap, &mut found);
         }
         true
     }
@@ -162,6 +169,7 @@ impl Arm<'_> {
         value: f64,
         side: u8,
         tangent: bool,
+        gap: &mut f64,
         found: &mut impl FnMut(Regional),
     ) {
         let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
@@ -169,24 +177,38 @@ impl Arm<'_> {
         let line = Turned { constant: 0.0, ..Turned::new([known[0], known[1], 0.0], wrist) };
         match on_line(&line, value, norm(known) * self.size) {
             Some(points) => {
+                *gap = gap.min(points.gap);
                 for ((c2, s2), other, double) in points.iter() {
                     let x = (c2 * wrist[0] - s2 * wrist[1], s2 * wrist[0] + c2 * wrist[1]);
-                    self.close(wheel, (c, s), x, side + other, tangent || double, found);
+                    self.close(wheel, (c, s), x, side + other, tangent || double, gap, found);
                 }
             }
             // The wrist is on axis 2: any q2 will do.
-            None => self.close(wheel, (c, s), (wrist[0], wrist[1]), side, true, found),
+            None => {
+                *gap = 0.0;
+                self.close(wheel, (c, s), (wrist[0], wrist[1]), side, true, gap, found);
+            }
         }
     }
 
     /// q2 from what x is across axis 2, then q1.
-    fn close(&self, wheel: &Wheel, (c, s): (f64, f64), (x, y): (f64, f64), side: u8, tangent: bool, found: &mut impl FnMut(Regional)) {
+    fn close(
+        &self,
+        wheel: &Wheel,
+        (c, s): (f64, f64),
+        (x, y): (f64, f64),
+        side: u8,
+        tangent: bool,
+        gap: &mut f64,
+        found: &mut impl FnMut(Regional),
+    ) {
         let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
         let near = (ON_AXIS * self.size).powi(2);
         let on_second = across(wrist) <= near;
         let second = if on_second { (1.0, 0.0) } else { turn_between(wrist, [x, y, 0.0]) };
         let seen = point(self.l1, turned(second.0, second.1, wrist));
         let on_first = across(seen) <= near || across(self.place) <= near;
+        *gap = gap.min(across(wrist).min(across(seen)).sqrt() / self.size);
         let first = if on_first { (1.0, 0.0) } else { turn_between(seen, self.place) };
         found(Regional {
             turns: [first, second, (c, s)],

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::circle::turn_between_values;
+use super::nearby::{Carried, carried_over};
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
 use super::solutions::{MAX_SOLUTIONS, Solutions};
-use super::structure::{Loop, Structure, Turn, Turned, angle_of, entered, point, third_row, unpoint};
+use super::structure::{COINCIDENT, Loop, Structure, Turn, Turned, across, angle_of, entered, point, third_row, unpoint};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
-use crate::inverse::general::{cannot_close, general};
+use crate::inverse::general::{beside, cannot_close, general};
 use crate::inverse::newton::reach_sized;
 use crate::inverse::search::search;
 use crate::kinematics::sized::{forward_of, jacobian};
@@ -28,6 +29,12 @@ pub const VERIFIED: f64 = 1e-10;
 const VERIFIED_ROOT: f64 = 1e-12;
 /// Shortest over longest orthogonal row of the Jacobian at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
+/// How far off a closed form an arm may be to start from its postures: the first that has one counts.
+const NEARBY: [f64; 8] = [1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3];
+/// How many times what the arm is off the gaps between solutions have to be, so that none comes or goes.
+const CLEARANCE: f64 = 8.0;
+/// The same for how far the postures have to be from singular.
+const REGULAR: f64 = 3.0;
 /// Random postures that have to be singular for an arm to count as singular everywhere.
 const SAMPLED: usize = 6;
 /// Newton steps of a polish.
@@ -39,6 +46,8 @@ pub struct Inverse {
     robot: Arc<Robot>,
     links: Loop,
     structure: Structure,
+    /// What an arm nearby has in its geometry, and how near it is.
+    nearby: Option<(Structure, f64)>,
     /// Whether the tool lacks a direction in every posture.
     deficient: bool,
     size: f64,
@@ -53,9 +62,10 @@ impl Inverse {
         }
         let mut links: Loop = std::array::from_fn(|i| robot.links()[(i + 1) % 6]);
         links[5] = Frame::IDENTITY;
-        let structure = Structure::of(&links);
+        let structure = Structure::of(&links, COINCIDENT);
+        let nearby = if structure == Structure::General { nearby(&links) } else { None };
         let size = links.iter().map(|link| norm(link.origin)).sum::<f64>() + norm(robot.end().origin);
-        let mut out = Self { robot, links, structure, deficient: false, size: if size > 0.0 { size } else { 1.0 } };
+        let mut out = Self { robot, links, structure, nearby, deficient: false, size: if size > 0.0 { size } else { 1.0 } };
         let mut postures = RandomPostures::new(0);
         out.deficient = (0..SAMPLED).all(|_| {
             let mut q = [0.0; 6];
@@ -97,23 +107,52 @@ impl Inverse {
             found.complete = false;
             return self.some(&links, target, found);
         }
-        match self.structure {
-            Structure::Wrist { first, before, after } => decoupled(&entered(&links, first), before, after, &mut found),
-            Structure::Parallel { first } => parallel(&entered(&links, first), &mut found),
-            Structure::General => general_loop(&links, &mut found),
-        }
-        let first = match self.structure {
-            Structure::Wrist { first, .. } | Structure::Parallel { first } => first,
-            Structure::General => 0,
-        };
-        if first > 0 {
-            for q in &mut found.q[..found.count] {
-                q.rotate_right(first);
+        if let Some((near, off)) = self.nearby {
+            let (carried, sure) = self.carried(near, off, &links, target);
+            if sure {
+                return carried;
             }
+            general_loop(&links, Some(&carried.q[..carried.count]), &mut found);
+        } else {
+            closed_form(self.structure, 0.0, &links, &mut found);
         }
         self.verify(target, &mut found);
         found.merge_twins();
         if found.count == 0 && !found.complete { self.some(&links, target, found) } else { found }
+    }
+
+    /// From the postures of an arm nearby; whether none can come on the way from there to this one, so that these are all.
+    fn carried(&self, near: Structure, off: f64, links: &Loop, target: &Frame) -> (Solutions, bool) {
+        let mut start = Solutions::NONE;
+        closed_form(near, off, links, &mut start);
+        let mut found = start;
+        let carried = carried_over(&self.robot, target, self.size, &mut found);
+        let off = carried.filter(|_| start.count > 0).map_or(off, |carried| carried.error);
+        let sure = start.complete && start.gap >= CLEARANCE * off;
+        self.settle(&mut found);
+        if let Some(Carried { spread, .. }) = carried
+            && found.count == start.count
+        {
+            return (found, sure && spread >= REGULAR * off);
+        }
+        // Two are about to meet, or have met and are gone.
+        let Some(all) = beside(links, &start.q[..start.count]) else { return (Solutions::NONE, false) };
+        let mut spread = 1.0f64;
+        found.count = 0;
+        for q in all.solutions() {
+            spread = spread.min(self.spread(q));
+            found.push(*q, 0, false);
+        }
+        self.settle(&mut found);
+        (found, sure && spread >= REGULAR * off)
+    }
+
+    /// Whole turns and twins taken off.
+    fn settle(&self, found: &mut Solutions) {
+        for q in &mut found.q[..found.count] {
+            self.centre(q);
+        }
+        found.merge_twins();
     }
 
     /// Some postures where there may be a continuum of them and none is known.
@@ -156,6 +195,11 @@ impl Inverse {
 
     /// Whether branches meet in a posture, to the accuracy of a double root.
     fn is_singular(&self, q: &[f64; 6]) -> bool {
+        self.spread(q) < SINGULAR
+    }
+
+    /// Shortest over longest orthogonal row of the Jacobian.
+    fn spread(&self, q: &[f64; 6]) -> f64 {
         let (_, columns) = jacobian::<6>(&self.robot, q);
         let mut rows = [[0.0; 6]; 6];
         for i in 0..6 {
@@ -163,7 +207,7 @@ impl Inverse {
                 (rows[r][i], rows[r + 3][i]) = (self.size * columns.w[i][r], columns.v[i][r]);
             }
         }
-        Orthogonal::new(&rows, 6, 6).spread() < SINGULAR
+        Orthogonal::new(&rows, 6, 6).spread()
     }
 
     /// Takes whole turns off, as [`Inverse::solve`] says.
@@ -173,6 +217,17 @@ impl Inverse {
             *x = self.robot.limits().turned(i, *x);
         }
     }
+}
+
+/// The structure that a loop nearly has, and how far it is from it.
+fn nearby(links: &Loop) -> Option<(Structure, f64)> {
+    let (near, off) = NEARBY.into_iter().map(|off| (Structure::of(links, off), off)).find(|(near, _)| *near != Structure::General)?;
+    // Axes 2 and 3 are taken as parallel if they nearly are.
+    let tilt = match near {
+        Structure::Wrist { first, .. } => across(links[(first + 1) % 6].axes[2]).sqrt(),
+        _ => 0.0,
+    };
+    Some((near, if tilt <= NEARBY[NEARBY.len() - 1] { off.max(tilt) } else { off }))
 }
 
 /// How far each posture misses the target: components of the axes, and of the origin over `size`, added.
@@ -207,11 +262,35 @@ fn side_by_side(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOL
     errors
 }
 
+/// All solutions of a loop, in closed form where its structure, up to `off`, makes one; candidates, not verified.
+fn closed_form(structure: Structure, off: f64, links: &Loop, found: &mut Solutions) {
+    let first = match structure {
+        Structure::Wrist { first, before, after } => {
+            decoupled(&entered(links, first), before, after, off, found);
+            first
+        }
+        Structure::Parallel { first } => {
+            parallel(&entered(links, first), found);
+            first
+        }
+        Structure::General => {
+            general_loop(links, None, found);
+            0
+        }
+    };
+    if first > 0 {
+        for q in &mut found.q[..found.count] {
+            q.rotate_right(first);
+        }
+    }
+}
+
 /// A wrist of joints 4, 5 and 6: the others place its centre, it does the rest.
-fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
+fn decoupled(l: &Loop, before: f64, after: f64, off: f64, found: &mut Solutions) {
     let centre = point(&l[2], [0.0, 0.0, before]);
     let place = unpoint(&l[5], [0.0, 0.0, after]);
     let hand = l[5].inverse();
+    let mut gap = f64::INFINITY;
     let turn = |mut r: Regional| {
         if let Some(joint) = r.free {
             r.turns[joint] = chosen(l, &hand, &r.turns, joint);
@@ -219,15 +298,18 @@ fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
         let arm = chained(Frame::IDENTITY, l, &r.turns, 0..3);
         let [q1, q2, q3] = r.turns.map(angle_of);
         let wanted = Frame { axes: hand.axes.map(|axis| arm.unrotate(axis)), origin: [0.0; 3] };
-        wrist(&l[3], &l[4], &wanted, |w| {
+        let mut gap = f64::INFINITY;
+        wrist(&l[3], &l[4], &wanted, &mut gap, |w| {
             let [q4, q5, q6] = w.q;
             found.push([q1, q2, q3, q4, q5, q6], 2 * r.side + w.side, r.singular || w.singular);
             found.complete &= r.free.is_none() && !w.free;
         });
+        found.gap = found.gap.min(gap);
     };
-    if !regional(&l[0], &l[1], centre, place, turn) {
+    if !regional(&l[0], &l[1], centre, place, off, &mut gap, turn) {
         found.complete = false;
     }
+    found.gap = found.gap.min(gap);
 }
 
 /// `start` followed by some of the joints and their links.
@@ -246,9 +328,9 @@ fn chosen(l: &Loop, hand: &Frame, turns: &[Turn; 3], joint: usize) -> Turn {
     turn_between_values(&made, wrist.constant - r, wrist.constant + r)
 }
 
-/// No closed form: by elimination, whose solutions may come more than once.
-fn general_loop(links: &Loop, found: &mut Solutions) {
-    let (all, complete) = general(links);
+/// No closed form, though some solutions may be known.
+fn general_loop(links: &Loop, known: Option<&[[f64; 6]]>, found: &mut Solutions) {
+    let (all, complete) = general(links, known);
     for q in all.solutions() {
         found.push(*q, found.count as u8, false);
     }

@@ -7,7 +7,7 @@ use crate::linalg::vector::{add, dot, norm, scale, sub};
 pub type Loop = [Frame; 6];
 
 /// Axes this near to meeting (over the size of the robot) or to parallel [rad] count as such; the answers are polished on the true geometry.
-const COINCIDENT: f64 = 1e-9;
+pub const COINCIDENT: f64 = 1e-9;
 /// Axes this near to parallel [rad] do not make a wrist.
 const SLANTED: f64 = 1e-3;
 
@@ -39,8 +39,8 @@ pub fn entered(links: &Loop, first: usize) -> Loop {
     std::array::from_fn(|i| links[(i + first) % 6])
 }
 
-/// Where the z axis of the parent frame meets that of `link`: heights on both; `None` if they pass or are parallel.
-pub fn meeting(link: &Frame, size: f64) -> Option<(f64, f64)> {
+/// Where the z axis of the parent frame meets that of `link`: heights on both; `None` if they pass by more than `off` \[m\] or are parallel.
+pub fn meeting(link: &Frame, off: f64) -> Option<(f64, f64)> {
     let axis = link.axes[2];
     let sine2 = axis[0] * axis[0] + axis[1] * axis[1];
     if sine2 < SLANTED * SLANTED {
@@ -49,22 +49,23 @@ pub fn meeting(link: &Frame, size: f64) -> Option<(f64, f64)> {
     // The point origin + k axis nearest to the z axis.
     let k = -(axis[0] * link.origin[0] + axis[1] * link.origin[1]) / sine2;
     let point = add(link.origin, scale(k, axis));
-    (point[0].hypot(point[1]) <= COINCIDENT * size).then_some((point[2], k))
+    (point[0].hypot(point[1]) <= off).then_some((point[2], k))
 }
 
 impl Structure {
-    /// Of a loop whose last transform (the one with the target) may be anything.
-    pub fn of(links: &Loop) -> Self {
-        let size = links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
+    /// Of a loop whose last transform (the one with the target) may be anything; `tolerance` is how far from parallel axes may be \[rad\], and
+    /// over the size of the robot how far from meeting.
+    pub fn of(links: &Loop, tolerance: f64) -> Self {
+        let off = tolerance * links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
         // The usual place first: the hand.
         for (i, first) in [(3, 0), (0, 3), (1, 4), (2, 5)] {
-            if let (Some((before, middle)), Some((other, after))) = (meeting(&links[i], size), meeting(&links[i + 1], size))
-                && (middle - other).abs() <= COINCIDENT * size
+            if let (Some((before, middle)), Some((other, after))) = (meeting(&links[i], off), meeting(&links[i + 1], off))
+                && (middle - other).abs() <= off
             {
                 return Self::Wrist { first, before, after };
             }
         }
-        let parallel = |link: &Frame| link.axes[2][0].hypot(link.axes[2][1]) <= COINCIDENT;
+        let parallel = |link: &Frame| link.axes[2][0].hypot(link.axes[2][1]) <= tolerance;
         for i in [1, 0, 2, 3] {
             if parallel(&links[i]) && parallel(&links[i + 1]) {
                 return Self::Parallel { first: (i + 5) % 6 };

@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use super::closure::polished;
+use super::closure::{polished, twins};
 use super::found::Found;
 use super::line::{Line, Turn, closure};
 use super::start;
@@ -19,11 +19,13 @@ use crate::linalg::real::{Lanes, Real};
 const WAYS: usize = 16;
 
 /// The Newton step after a prediction that is aimed at, that is taken as it is, and that is refused [rad].
-const AIM: f64 = 1e-3;
-const GOOD: f64 = 4e-3;
-const REFUSED: f64 = 3e-2;
+const AIM: f64 = 2e-3;
+const GOOD: f64 = 8e-3;
+const REFUSED: f64 = 4e-2;
 /// The Newton step that ends a way [rad].
 const ENDED: f64 = 1e-11;
+/// The same far from any real angle, where sines and cosines are large and rounding is.
+const ENDED_FAR: f64 = 1e-5;
 /// The largest step of a complex angle [rad].
 const STRIDE: f64 = 0.5;
 /// By how much steps grow and shrink at most.
@@ -123,9 +125,13 @@ impl Way {
         if self.round == 0 {
             self.first = size;
         }
-        let wanted = if last { ENDED } else { GOOD * accuracy };
+        let wanted = match last {
+            true if self.q.iter().any(|z| z.im.abs() >= FAR) => ENDED_FAR,
+            true => ENDED,
+            false => GOOD * accuracy,
+        };
         let refused = if self.round == 0 { REFUSED * accuracy } else { 0.2 * self.first };
-        if size <= wanted && (!last || self.round > 0 || size <= ENDED) {
+        if size <= wanted {
             let q = std::array::from_fn(|i| self.q[i] + self.step[i] + newton[i]);
             self.before = (self.next > self.t).then_some((self.t, self.q, self.tangent));
             (self.t, self.q, self.turns, self.tangent) = (self.next, q, turns, tangent);
@@ -133,7 +139,7 @@ impl Way {
             if last {
                 return true;
             }
-            let grow = 0.9 * (AIM * accuracy / self.first.max(1e-30)).powf(0.25);
+            let grow = 0.9 * (AIM * accuracy / self.first.max(1e-30)).sqrt().sqrt();
             self.length *= grow.clamp(SHRINK, GROW);
             self.predict();
             return false;
@@ -147,7 +153,7 @@ impl Way {
         self.length *= SHRINK;
         self.predict();
         let left = 1.0 - self.t;
-        self.length < 1e-3 * LEFT || left < LEFT || (left < DROPPED && self.q.iter().any(|z| z.im.abs() > GONE))
+        self.length < 1e-3 * LEFT || left < LEFT || (left < SEEN && self.q.iter().any(|z| z.im.abs() > GONE))
     }
 
     /// From the cosines and sines: the sum of the steps has drifted.
@@ -240,7 +246,7 @@ fn ends(links: &[Frame; 6], accuracy: f64) -> [End; WAYS] {
 
 /// Where the loop is entered, and the fraction of the usual steps: what nearly always keeps the ways apart and finite comes first. Another entry
 /// is another line through the space of loops.
-const ATTEMPTS: [(usize, f64); 5] = [(0, 1.0), (3, 1.0), (1, 0.3), (4, 0.1), (2, 0.03)];
+const ATTEMPTS: [(usize, f64); 5] = [(0, 1.0), (3, 1.0), (1, 0.3), (4, 0.3), (2, 0.1)];
 
 /// Imaginary parts below which the end of a way is real, for one that ended and for one that did not: at a fold of many sheets the way is still
 /// some distance off [rad].
@@ -251,8 +257,6 @@ const FAR: f64 = 4.0;
 const GONE: f64 = 10.0;
 /// What is left of the line where that is seen.
 const SEEN: f64 = 1e-2;
-/// The same where it is followed no further.
-const DROPPED: f64 = 1e-4;
 /// Two ends this near to each other are one [rad].
 const SAME: f64 = 1e-5;
 /// What may be left of the line at a singular end.
@@ -272,7 +276,7 @@ impl End {
         let off = self.imaginary();
         if self.left <= NEARLY_ENDED && !(NEARLY_REAL..FAR).contains(&off) {
             Verdict::Proven
-        } else if self.left <= SEEN && off >= GONE {
+        } else if off >= FAR {
             Verdict::Likely
         } else {
             Verdict::Doubtful
@@ -301,10 +305,10 @@ enum Verdict {
 }
 
 /// The real solutions of a loop, and whether all that are regular are among them: either all ways are accounted for, or two lines through the
-/// space of loops agree.
-pub fn continued(links: &[Frame; 6]) -> (Found, bool) {
-    let mut all = Found::none();
-    let mut likely = false;
+/// space of loops agree, or one with solutions that are `known` by other means.
+pub fn continued(links: &[Frame; 6], known: Found) -> (Found, bool) {
+    let mut all = known;
+    let mut likely = !known.solutions().is_empty();
     for (first, accuracy) in ATTEMPTS {
         let entered: [Frame; 6] = std::array::from_fn(|i| links[(i + first) % 6]);
         let ends = ends(&entered, accuracy);
@@ -312,10 +316,14 @@ pub fn continued(links: &[Frame; 6]) -> (Found, bool) {
         let (before, mut here) = (all.solutions().len(), Found::none());
         for end in ends.iter().filter(|end| end.imaginary() <= if end.has_ended() { REAL } else { NEARLY_REAL }) {
             match polished(&entered, &end.q.map(|z| z.re)) {
-                Some(mut q) => {
-                    q.rotate_right(first);
-                    here.add(&q);
-                    all.add(&q);
+                Some(q) => {
+                    // At a singular end two are one, or nearly.
+                    let others = if end.has_ended() { [None; 2] } else { twins(&entered, &q) };
+                    for mut q in others.into_iter().flatten().chain([q]) {
+                        q.rotate_right(first);
+                        here.add(&q);
+                        all.add(&q);
+                    }
                 }
                 None => verdict = Verdict::Doubtful,
             }
@@ -332,11 +340,11 @@ pub fn continued(links: &[Frame; 6]) -> (Found, bool) {
 /// Ends have to differ and come with their conjugates, the real ones in even number, since regular solutions of a real loop come and go in
 /// pairs; and what has not ended is at infinity or about to end.
 fn verdict(ends: &[End; WAYS]) -> Verdict {
-    let ended = |end: &&End| end.has_ended();
-    let apart = (0..WAYS).all(|i| !ends[i].has_ended() || !ends[..i].iter().filter(ended).any(|other| ends[i].is_at(other, false)));
-    let real = ends.iter().filter(ended).filter(|end| end.imaginary() <= REAL).count();
-    let paired = |end: &End| end.imaginary() <= REAL || ends.iter().filter(ended).any(|other| end.is_at(other, true));
-    if !apart || !real.is_multiple_of(2) || !ends.iter().filter(ended).all(paired) {
+    let near = |end: &&End| end.has_ended() && end.imaginary() < FAR;
+    let apart = (0..WAYS).all(|i| !near(&&ends[i]) || !ends[..i].iter().filter(near).any(|other| ends[i].is_at(other, false)));
+    let real = ends.iter().filter(near).filter(|end| end.imaginary() <= REAL).count();
+    let paired = |end: &End| end.imaginary() <= REAL || ends.iter().filter(near).any(|other| end.is_at(other, true));
+    if !apart || !real.is_multiple_of(2) || !ends.iter().filter(near).all(paired) {
         return Verdict::Doubtful;
     }
     ends.iter().filter(|end| !end.has_ended()).map(End::unfinished).max().unwrap_or(Verdict::Proven)

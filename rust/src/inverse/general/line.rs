@@ -172,9 +172,9 @@ fn solved<R: Real>(mut a: [[C<R>; 8]; 6]) -> [[C<R>; 6]; 2] {
         for i in k + 1..6 {
             // The larger of two rows goes up, lane by lane.
             let (upper, lower) = (a[k][k].square(), a[i][k].square());
+            let pick = |x: C<R>, y: C<R>| C { re: R::pick(upper, lower, x.re, y.re), im: R::pick(upper, lower, x.im, y.im) };
             for j in k..8 {
                 let (u, l) = (a[k][j], a[i][j]);
-                let pick = |x: C<R>, y: C<R>| C { re: R::pick(upper, lower, x.re, y.re), im: R::pick(upper, lower, x.im, y.im) };
                 (a[k][j], a[i][j]) = (pick(l, u), pick(u, l));
             }
         }

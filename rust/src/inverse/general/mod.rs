@@ -15,7 +15,7 @@ mod start;
 
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{add, dot, norm, scale};
-use closure::moves_on;
+use closure::{moves_on, polished, twins};
 use continuation::continued;
 use found::Found;
 use resultant::{CHOICES, with_hidden};
@@ -26,17 +26,37 @@ const TRIED: usize = 3;
 /// A loop that misses closing by this much of its length cannot be closed.
 const OUT_OF_REACH: f64 = 1e-9;
 
-/// The solutions of `Z(q1) L1 Z(q2) L2 ... Z(q6) L6 = 1`, and whether there are no others.
-pub fn general(links: &[Frame; 6]) -> (Found, bool) {
+/// The solutions of `Z(q1) L1 Z(q2) L2 ... Z(q6) L6 = 1`, and whether there are no others. Of an arm that nearly has a closed form some may be
+/// known; elimination is at its worst there, and left out.
+pub fn general(links: &[Frame; 6], known: Option<&[[f64; 6]]>) -> (Found, bool) {
     let links = normalised(links);
     if cannot_close(&links) {
         return (Found::none(), true);
     }
-    let (found, complete) = match by_elimination(&links) {
+    let eliminated = if known.is_none() { by_elimination(&links) } else { None };
+    let (found, complete) = match eliminated {
         Some(found) => (found, true),
-        None => continued(&links),
+        None => {
+            let mut start = Found::none();
+            known.into_iter().flatten().for_each(|q| start.add(q));
+            continued(&links, start)
+        }
     };
     (found, complete && !found.solutions().iter().any(|q| moves_on(&links, q)))
+}
+
+/// The solutions next to places that nearly are solutions, on both sides of a fold: where one comes or goes another does, so that they are even
+/// in number, or `None`.
+pub fn beside(links: &[Frame; 6], places: &[[f64; 6]]) -> Option<Found> {
+    let links = normalised(links);
+    let mut found = Found::none();
+    for place in places {
+        if let Some(q) = polished(&links, place) {
+            found.add(&q);
+            twins(&links, &q).iter().flatten().for_each(|twin| found.add(twin));
+        }
+    }
+    found.solutions().len().is_multiple_of(2).then_some(found)
 }
 
 /// The solutions that elimination finds, if it is sure of them.
@@ -103,7 +123,7 @@ mod tests {
             let target = (0..6).fold(Frame::IDENTITY, |f, i| f.compose(&turned(wanted[i], &links[i])));
             links[5] = links[5].compose(&target.inverse());
             let same = |a: &[f64; 6], b: &[f64; 6]| (0..6).all(|i| (0.5 * (a[i] - b[i])).sin().abs() < 1e-7);
-            let (found, sure) = general(&links);
+            let (found, sure) = general(&links, None);
             let solutions = found.solutions();
             assert!(sure && solutions.iter().any(|s| same(s, &wanted)) && solutions.len().is_multiple_of(2), "{solutions:?}");
         }
@@ -111,7 +131,7 @@ mod tests {
 
     #[test]
     fn what_has_no_finite_solutions_is_not_claimed_to_have_none() {
-        assert!(!general(&[Frame::IDENTITY; 6]).1);
-        assert!(!general(&[Frame::translation([f64::NAN; 3]); 6]).1);
+        assert!(!general(&[Frame::IDENTITY; 6], None).1);
+        assert!(!general(&[Frame::translation([f64::NAN; 3]); 6], None).1);
     }
 }

@@ -1,0 +1,107 @@
+//! Arms that nearly have a closed form, as calibrated ones do: its postures are carried over to the arm by Newton's method, several side by side.
+
+use super::solutions::{MAX_SOLUTIONS, Solutions};
+use crate::kinematics::sized::jacobian_of;
+use crate::linalg::frame::Frame;
+use crate::linalg::orthogonal::{Orthogonal, dot};
+use crate::linalg::real::{Lanes, Real};
+use crate::linalg::vector::cross;
+use crate::robot::Robot;
+
+/// Steps below this [rad] end Newton's method: the next would be about its square.
+const ENDED: f64 = 1e-6;
+/// Steps at most, and how far from where it started a posture may end [rad].
+const STEPS: usize = 6;
+const STRAY: f64 = 0.2;
+
+/// How postures got from a nearby arm to this one.
+#[derive(Debug, Clone, Copy)]
+pub struct Carried {
+    /// The largest error of the pose that one started with \[rad, m over `length`\].
+    pub error: f64,
+    /// Shortest over longest orthogonal row of the Jacobian, of the one nearest to singular.
+    pub spread: f64,
+}
+
+/// Moves postures of a nearby arm to where this one has its tool at the target; `None` if one of them does not get there.
+pub fn carried_over(robot: &Robot, target: &Frame, length: f64, found: &mut Solutions) -> Option<Carried> {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        // SAFETY: the machine has been asked.
+        return unsafe { carried_over_avx2(robot, target, length, found) };
+    }
+    side_by_side(robot, target, length, found)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn carried_over_avx2(robot: &Robot, target: &Frame, length: f64, found: &mut Solutions) -> Option<Carried> {
+    side_by_side(robot, target, length, found)
+}
+
+#[inline(always)]
+fn side_by_side(robot: &Robot, target: &Frame, length: f64, found: &mut Solutions) -> Option<Carried> {
+    let mut all = Carried { error: 0.0, spread: 1.0 };
+    for first in (0..found.count).step_by(Lanes::LANES) {
+        // Lanes to spare repeat the last posture.
+        let row = |lane: usize| (first + lane).min(found.count - 1).min(MAX_SOLUTIONS - 1);
+        let start: [Lanes; 6] = std::array::from_fn(|k| Lanes::from_lanes(|lane| found.q[row(lane)][k]));
+        let (q, error, spread) = newton(robot, &Frame::splat(target), Lanes::splat(1.0 / length), start)?;
+        for lane in 0..Lanes::LANES {
+            found.q[row(lane)] = std::array::from_fn(|k| q[k].lane(lane));
+            all.error = all.error.max(error.lane(lane).sqrt());
+        }
+        all.spread = all.spread.min(spread);
+    }
+    Some(all)
+}
+
+/// Newton's method on the full pose, the square of the error that it started with, and the least spread at its end; `None` where it does not
+/// converge nearby.
+#[inline(always)]
+fn newton<R: Real>(robot: &Robot, target: &Frame<R>, over_length: R, start: [R; 6]) -> Option<([R; 6], R, f64)> {
+    let (mut q, stray) = (start, R::splat(STRAY * STRAY));
+    let mut factors = Orthogonal::<6, R>::blank();
+    let mut first = None;
+    for _ in 0..STEPS {
+        let (tool, columns) = jacobian_of::<6, R>(robot, &q);
+        let mut motion = [R::ZERO; 6];
+        for axis in 0..3 {
+            let turn = cross(tool.axes[axis], target.axes[axis]);
+            for r in 0..3 {
+                motion[r] += R::splat(0.5) * turn[r];
+            }
+        }
+        let mut rows = [[R::ZERO; 6]; 6];
+        for r in 0..3 {
+            motion[r + 3] = (target.origin[r] - tool.origin[r]) * over_length;
+            for i in 0..6 {
+                rows[r][i] = columns.w[i][r];
+                rows[r + 3][i] = columns.v[i][r] * over_length;
+            }
+        }
+        let error = *first.get_or_insert(dot(&motion, &motion));
+        factors.factor(&rows, 6, 6);
+        let step = factors.solve(&motion);
+        let mut gone = R::ZERO;
+        for i in 0..6 {
+            q[i] += step[i];
+            gone += (q[i] - start[i]) * (q[i] - start[i]);
+        }
+        // Also what is not a number is far away.
+        if !all_less(gone, stray) {
+            return None;
+        }
+        if all_less(dot(&step, &step), R::splat(ENDED * ENDED)) {
+            let spread = (0..R::LANES).map(|lane| factors.lane_spread(lane)).fold(1.0, f64::min);
+            return Some((q, error, spread));
+        }
+    }
+    None
+}
+
+/// Whether a < b in every lane.
+#[inline(always)]
+fn all_less<R: Real>(a: R, b: R) -> bool {
+    (0..R::LANES).all(|i| a.lane(i) < b.lane(i))
+}
