@@ -1,18 +1,65 @@
 //! Arms that nearly have a closed form, as calibrated ones do: its postures are carried over to the arm by Newton's method, several side by side.
 
 use super::solutions::{MAX_SOLUTIONS, Solutions};
+use super::structure::Loop;
 use crate::kinematics::sized::jacobian_of;
-use crate::linalg::frame::Frame;
+use crate::linalg::frame::{Frame, exact_sin_cos};
 use crate::linalg::orthogonal::{Orthogonal, dot};
 use crate::linalg::real::{Lanes, Real};
-use crate::linalg::vector::cross;
+use crate::linalg::vector::{cross, norm, sub};
 use crate::robot::Robot;
+use std::f64::consts::FRAC_PI_2;
 
+/// Angles this near to multiples of a right one \[rad\], and offsets this small over the size of the arm, are meant to be that.
+const MEANT: f64 = 2e-3;
 /// Steps below this [rad] end Newton's method: the next would be about its square.
 const ENDED: f64 = 1e-6;
 /// Steps at most, and how far from where it started a posture may end [rad].
 const STEPS: usize = 6;
 const STRAY: f64 = 0.2;
+
+/// The loop that an arm was meant to be, and how far it is from that \[rad, and over its size\]: twists next to multiples of a right angle and
+/// offsets next to none are these. The last link, with the target, stays.
+pub fn as_meant(links: &Loop) -> (Loop, f64) {
+    let size = links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
+    let (mut meant, mut off) = (*links, 0.0);
+    for (link, is) in meant.iter_mut().zip(links).take(5) {
+        *link = link_as_meant(is, MEANT * size);
+        let turn: f64 = (0..3).map(|k| norm(sub(link.axes[k], is.axes[k]))).fold(0.0, f64::max);
+        off += turn + norm(sub(link.origin, is.origin)) / size;
+    }
+    (meant, off)
+}
+
+/// One link as `Rz Trans Rx Trans Rz`, its numbers rounded to what they were meant to be.
+fn link_as_meant(link: &Frame, short: f64) -> Frame {
+    let axis = link.axes[2];
+    let sine = axis[0].hypot(axis[1]);
+    let twist = sine.atan2(axis[2]);
+    let quarters = twist / FRAC_PI_2;
+    let straight = (quarters - quarters.round()).abs() * FRAC_PI_2 <= MEANT;
+    let twist = if straight { quarters.round() * FRAC_PI_2 } else { twist };
+    let before = if sine > 0.0 { axis[0].atan2(-axis[1]) } else { 0.0 };
+    let about = |angle: f64| {
+        let (s, c) = exact_sin_cos(angle);
+        Frame::IDENTITY.turn_z(c, s)
+    };
+    let turned = about(-before).compose(link);
+    let [x, y, z] = turned.origin;
+    let (s, c) = exact_sin_cos(twist);
+    let round = |length: f64| if length.abs() <= short { 0.0 } else { length };
+    // Across the twist's axis, what is left of y is a slide along the next axis, unless that is parallel to this one.
+    let origin = if s.abs() > MEANT {
+        let slide = -y / s;
+        let (a, slide) = (round(x), round(slide));
+        [a, -slide * s, round(z - slide * c) + slide * c]
+    } else {
+        [if x.hypot(y) <= short { 0.0 } else { x }, if x.hypot(y) <= short { 0.0 } else { y }, round(z)]
+    };
+    let bent = Frame { axes: [[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]], origin };
+    let x = bent.unrotate(turned.axes[0]);
+    about(before).compose(&bent).compose(&about(x[1].atan2(x[0])))
+}
 
 /// How postures got from a nearby arm to this one.
 #[derive(Debug, Clone, Copy)]

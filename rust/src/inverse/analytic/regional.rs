@@ -23,13 +23,12 @@ pub struct Regional {
     pub free: Option<usize>,
 }
 
-/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for. Axes 2 and 3
-/// count as parallel up to `tilt` \[rad\]; `gap` becomes the smallest gap ([`super::circle::Points`]) on the way, if that is smaller.
+/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for. `gap` becomes
+/// the smallest gap ([`super::circle::Points`]) on the way, if that is smaller.
 #[inline(always)]
-pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, tilt: f64, gap: &mut f64, found: impl FnMut(Regional)) -> bool {
+pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, gap: &mut f64, found: impl FnMut(Regional)) -> bool {
     let arm = Arm { l1, l2, wrist, place, size: norm(l1.origin) + norm(l2.origin) + norm(wrist) };
-    let tilt = tilt.max(PARALLEL);
-    if across(l2.axes[2]) <= tilt * tilt { arm.elbow_parallel(gap, found) } else { arm.any(gap, found) }
+    if across(l2.axes[2]) <= PARALLEL * PARALLEL { arm.elbow_parallel(gap, found) } else { arm.any(gap, found) }
 }
 
 struct Arm<'a> {

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::circle::turn_between_values;
-use super::nearby::{Carried, carried_over};
+use super::nearby::{Carried, as_meant, carried_over};
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
 use super::solutions::{MAX_SOLUTIONS, Solutions};
-use super::structure::{COINCIDENT, Loop, Structure, Turn, Turned, across, angle_of, entered, point, third_row, unpoint};
+use super::structure::{Loop, Structure, Turn, Turned, angle_of, entered, point, third_row, unpoint};
 use super::wrist::wrist;
 use crate::error::{Error, Result};
 use crate::inverse::general::{beside, cannot_close, general};
@@ -29,8 +29,6 @@ pub const VERIFIED: f64 = 1e-10;
 const VERIFIED_ROOT: f64 = 1e-12;
 /// Shortest over longest orthogonal row of the Jacobian at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
-/// How far off a closed form an arm may be to start from its postures: the first that has one counts.
-const NEARBY: [f64; 8] = [1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3];
 /// How many times what the arm is off the gaps between solutions have to be, so that none comes or goes.
 const CLEARANCE: f64 = 8.0;
 /// The same for how far the postures have to be from singular.
@@ -46,8 +44,8 @@ pub struct Inverse {
     robot: Arc<Robot>,
     links: Loop,
     structure: Structure,
-    /// What an arm nearby has in its geometry, and how near it is.
-    nearby: Option<(Structure, f64)>,
+    /// The arm that this one was meant to be, if that has a closed form: its loop, what makes it, and how far this one is from it.
+    meant: Option<(Loop, Structure, f64)>,
     /// Whether the tool lacks a direction in every posture.
     deficient: bool,
     size: f64,
@@ -62,10 +60,12 @@ impl Inverse {
         }
         let mut links: Loop = std::array::from_fn(|i| robot.links()[(i + 1) % 6]);
         links[5] = Frame::IDENTITY;
-        let structure = Structure::of(&links, COINCIDENT);
-        let nearby = if structure == Structure::General { nearby(&links) } else { None };
+        let structure = Structure::of(&links);
+        let (meant, off) = as_meant(&links);
+        let meant =
+            Some((meant, Structure::of(&meant), off)).filter(|(_, closed, _)| structure == Structure::General && *closed != structure);
         let size = links.iter().map(|link| norm(link.origin)).sum::<f64>() + norm(robot.end().origin);
-        let mut out = Self { robot, links, structure, nearby, deficient: false, size: if size > 0.0 { size } else { 1.0 } };
+        let mut out = Self { robot, links, structure, meant, deficient: false, size: if size > 0.0 { size } else { 1.0 } };
         let mut postures = RandomPostures::new(0);
         out.deficient = (0..SAMPLED).all(|_| {
             let mut q = [0.0; 6];
@@ -107,24 +107,26 @@ impl Inverse {
             found.complete = false;
             return self.some(&links, target, found);
         }
-        if let Some((near, off)) = self.nearby {
-            let (carried, sure) = self.carried(near, off, &links, target);
+        if let Some((meant, closed, off)) = &self.meant {
+            let mut meant = *meant;
+            meant[5] = links[5];
+            let (carried, sure) = self.carried(&meant, *closed, *off, &links, target);
             if sure {
                 return carried;
             }
             general_loop(&links, Some(&carried.q[..carried.count]), &mut found);
         } else {
-            closed_form(self.structure, 0.0, &links, &mut found);
+            closed_form(self.structure, &links, &mut found);
         }
         self.verify(target, &mut found);
         found.merge_twins();
         if found.count == 0 && !found.complete { self.some(&links, target, found) } else { found }
     }
 
-    /// From the postures of an arm nearby; whether none can come on the way from there to this one, so that these are all.
-    fn carried(&self, near: Structure, off: f64, links: &Loop, target: &Frame) -> (Solutions, bool) {
+    /// From the postures of the arm that this one was meant to be; whether none can come on the way from there to here, so that these are all.
+    fn carried(&self, meant: &Loop, closed: Structure, off: f64, links: &Loop, target: &Frame) -> (Solutions, bool) {
         let mut start = Solutions::NONE;
-        closed_form(near, off, links, &mut start);
+        closed_form(closed, meant, &mut start);
         let mut found = start;
         let carried = carried_over(&self.robot, target, self.size, &mut found);
         let off = carried.filter(|_| start.count > 0).map_or(off, |carried| carried.error);
@@ -219,17 +221,6 @@ impl Inverse {
     }
 }
 
-/// The structure that a loop nearly has, and how far it is from it.
-fn nearby(links: &Loop) -> Option<(Structure, f64)> {
-    let (near, off) = NEARBY.into_iter().map(|off| (Structure::of(links, off), off)).find(|(near, _)| *near != Structure::General)?;
-    // Axes 2 and 3 are taken as parallel if they nearly are.
-    let tilt = match near {
-        Structure::Wrist { first, .. } => across(links[(first + 1) % 6].axes[2]).sqrt(),
-        _ => 0.0,
-    };
-    Some((near, if tilt <= NEARBY[NEARBY.len() - 1] { off.max(tilt) } else { off }))
-}
-
 /// How far each posture misses the target: components of the axes, and of the origin over `size`, added.
 fn pose_errors(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOLUTIONS], count: usize) -> [f64; MAX_SOLUTIONS] {
     #[cfg(target_arch = "x86_64")]
@@ -262,11 +253,11 @@ fn side_by_side(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOL
     errors
 }
 
-/// All solutions of a loop, in closed form where its structure, up to `off`, makes one; candidates, not verified.
-fn closed_form(structure: Structure, off: f64, links: &Loop, found: &mut Solutions) {
+/// All solutions of a loop, in closed form where its structure makes one; candidates, not verified.
+fn closed_form(structure: Structure, links: &Loop, found: &mut Solutions) {
     let first = match structure {
         Structure::Wrist { first, before, after } => {
-            decoupled(&entered(links, first), before, after, off, found);
+            decoupled(&entered(links, first), before, after, found);
             first
         }
         Structure::Parallel { first } => {
@@ -286,7 +277,7 @@ fn closed_form(structure: Structure, off: f64, links: &Loop, found: &mut Solutio
 }
 
 /// A wrist of joints 4, 5 and 6: the others place its centre, it does the rest.
-fn decoupled(l: &Loop, before: f64, after: f64, off: f64, found: &mut Solutions) {
+fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
     let centre = point(&l[2], [0.0, 0.0, before]);
     let place = unpoint(&l[5], [0.0, 0.0, after]);
     let hand = l[5].inverse();
@@ -306,7 +297,7 @@ fn decoupled(l: &Loop, before: f64, after: f64, off: f64, found: &mut Solutions)
         });
         found.gap = found.gap.min(gap);
     };
-    if !regional(&l[0], &l[1], centre, place, off, &mut gap, turn) {
+    if !regional(&l[0], &l[1], centre, place, &mut gap, turn) {
         found.complete = false;
     }
     found.gap = found.gap.min(gap);

@@ -7,7 +7,7 @@ use crate::linalg::vector::{add, dot, norm, scale, sub};
 pub type Loop = [Frame; 6];
 
 /// Axes this near to meeting (over the size of the robot) or to parallel [rad] count as such; the answers are polished on the true geometry.
-pub const COINCIDENT: f64 = 1e-9;
+const COINCIDENT: f64 = 1e-9;
 /// Axes this near to parallel [rad] do not make a wrist.
 const SLANTED: f64 = 1e-3;
 
@@ -53,10 +53,9 @@ pub fn meeting(link: &Frame, off: f64) -> Option<(f64, f64)> {
 }
 
 impl Structure {
-    /// Of a loop whose last transform (the one with the target) may be anything; `tolerance` is how far from parallel axes may be \[rad\], and
-    /// over the size of the robot how far from meeting.
-    pub fn of(links: &Loop, tolerance: f64) -> Self {
-        let off = tolerance * links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
+    /// Of a loop whose last transform (the one with the target) may be anything.
+    pub fn of(links: &Loop) -> Self {
+        let off = COINCIDENT * links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
         // The usual place first: the hand.
         for (i, first) in [(3, 0), (0, 3), (1, 4), (2, 5)] {
             if let (Some((before, middle)), Some((other, after))) = (meeting(&links[i], off), meeting(&links[i + 1], off))
@@ -65,7 +64,7 @@ impl Structure {
                 return Self::Wrist { first, before, after };
             }
         }
-        let parallel = |link: &Frame| link.axes[2][0].hypot(link.axes[2][1]) <= tolerance;
+        let parallel = |link: &Frame| link.axes[2][0].hypot(link.axes[2][1]) <= COINCIDENT;
         for i in [1, 0, 2, 3] {
             if parallel(&links[i]) && parallel(&links[i + 1]) {
                 return Self::Parallel { first: (i + 5) % 6 };

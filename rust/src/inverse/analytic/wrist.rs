@@ -60,7 +60,8 @@ pub fn middle_turns(line: &Turned, cosine: f64, square: f64) -> Option<Points> {
     let peak = line.constant + sense * r;
     if square > 1e-4 || (1.0 - sense * peak).abs() > COMES_IN_LINE || r < COMES_IN_LINE {
         // In line, the outer joints may be chosen.
-        return on_line(line, cosine, 1.0).map(|points| Points { gap: if points.count > 0 { square.sqrt() } else { points.gap }, ..points });
+        return on_line(line, cosine, 1.0)
+            .map(|points| Points { gap: if points.count > 0 { square.sqrt() } else { points.gap }, ..points });
     }
     let gap = square / ((1.0 + cosine.abs()) * r);
     let towards = (line.cosine / r, line.sine / r);

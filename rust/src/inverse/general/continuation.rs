@@ -349,3 +349,40 @@ fn verdict(ends: &[End; WAYS]) -> Verdict {
     }
     ends.iter().filter(|end| !end.has_ended()).map(End::unfinished).max().unwrap_or(Verdict::Proven)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(z: [Complex; 6]) -> f64 {
+        z.iter().map(|z| z.square()).fold(0.0, f64::max).sqrt()
+    }
+
+    #[test]
+    fn the_first_loop_has_sixteen_solutions() {
+        let line = Line::to(&[Frame::IDENTITY; 6]);
+        for (i, q) in start::SOLUTIONS.into_iter().enumerate() {
+            let way = Way::new(q);
+            let open = closure(&line, 0.0, &way.turns, &way.step);
+            assert!(size(open.step) < 1e-12, "{i}: {:?}", open.step);
+            let end = |q| End { q, left: 0.0 };
+            assert!(start::SOLUTIONS[..i].iter().all(|other| !end(*other).is_at(&end(q), false)), "{i}");
+        }
+    }
+
+    #[test]
+    fn the_tangent_is_where_the_solution_goes() {
+        let links = std::array::from_fn(|i| {
+            let turn = Frame::rotation([1.0, 0.0, 0.0], 0.4 + i as f64);
+            Frame::translation([0.1 * i as f64, 0.2, -0.1]).compose(&turn)
+        });
+        let line = Line::to(&links);
+        for q in start::SOLUTIONS {
+            let way = Way::new(q);
+            let tangent = closure(&line, 0.0, &way.turns, &way.step).tangent;
+            // A step along the tangent leaves an error of second order.
+            let left = [1e-3, 5e-4].map(|t| size(closure(&line, t, &way.turns, &tangent.map(|z| z.times(t))).step));
+            assert!(left[0] < 1e-2 * size(tangent) && left[0] / left[1] > 3.5, "{left:?}");
+        }
+    }
+}
