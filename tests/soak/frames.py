@@ -77,7 +77,7 @@ class Row:
             near = float(distance(found, posture).min(initial=np.inf))
             explained = near * own <= ROUNDING or own < REGULAR
             self.missed += near > FOUND and not explained
-            self.odd += int((sigma > REGULAR).sum()) % 2
+            self.odd += int((~singular).sum()) % 2
             self.called_singular += int((singular & (sigma > REGULAR)).sum())
             if min(own, sigma.min(initial=np.inf)) > CLEAR:
                 self.clear += 1
