@@ -2,10 +2,16 @@
 
 mod analytic;
 mod general;
+mod nearby;
 mod newton;
 mod postures;
+mod request;
+mod singularity;
+mod sweep;
 
-pub use analytic::{ArmAngle, Inverse, MAX_SOLUTIONS, Solutions, Structure};
+pub use analytic::{ArmAngle, Branch, Inverse, MAX_SOLUTIONS, Solutions, Structure, branch};
 pub use newton::{Reach, reach};
 pub(crate) use newton::{error_at, reach_holding, reach_sized};
 pub use postures::Postures;
+pub use request::{Batch, Request, Wanted};
+pub use singularity::{Singularity, singularity};

@@ -1,11 +1,7 @@
-//! All postures for a frame, of a robot of any number of joints: what is held, and what the limits leave.
+//! Postures for a frame, of a robot of any number of joints, and what the limits leave of them.
 
-use std::sync::Arc;
-
-use super::analytic::{ArmAngle, Inverse, Solutions};
-use crate::error::{Result, check_finite};
+use super::analytic::Solutions;
 use crate::linalg::MAX_JOINTS;
-use crate::linalg::frame::Frame;
 use crate::robot::{Joint, Limits, Robot};
 use std::f64::consts::TAU;
 
@@ -32,24 +28,39 @@ impl<const N: usize> From<Solutions<N>> for Postures {
 }
 
 impl Postures {
-    /// With joints held at coordinates [rad or m], six revolute ones being left; the last coordinate counts where a joint is given twice.
-    pub fn with_fixed(robot: &Robot, target: &Frame, fixed: &[(usize, f64)]) -> Result<Self> {
-        let found = Self::from(Inverse::new(Arc::new(robot.with_fixed(fixed)?))?.solve(target));
-        let mut q = Vec::with_capacity(found.len() * robot.n());
-        for row in found.rows() {
-            let mut moving = row.iter();
-            for joint in 0..robot.n() {
-                let held = fixed.iter().rev().find(|(held, _)| *held == joint).map(|(_, value)| *value);
-                q.push(held.or_else(|| moving.next().copied()).unwrap_or(f64::NAN));
-            }
-        }
-        Ok(Self { n: robot.n(), q, ..found })
+    /// None yet, of a robot of `n` joints.
+    pub fn none(n: usize, complete: bool) -> Self {
+        Self { n, q: Vec::new(), singular: Vec::new(), complete }
     }
 
-    /// With the plane of a seven-axis arm at an angle \[rad\].
-    pub fn with_arm_angle(robot: &Robot, target: &Frame, angle: f64) -> Result<Self> {
-        check_finite("arm_angle", &[angle])?;
-        Ok(ArmAngle::new(robot)?.solve(target, angle).into())
+    /// One more, whether it is singular beside it.
+    pub fn push(&mut self, q: impl IntoIterator<Item = f64>, singular: bool) {
+        self.q.extend(q);
+        self.singular.push(singular);
+    }
+
+    /// Those of another answer behind its own.
+    pub fn append(&mut self, other: &Self) {
+        self.q.extend_from_slice(&other.q);
+        self.singular.extend_from_slice(&other.singular);
+        self.complete &= other.complete;
+    }
+
+    /// Those whose numbers are given, in that order.
+    pub(super) fn ordered(&self, order: &[usize]) -> Self {
+        let mut out = Self::none(self.n, self.complete);
+        for &i in order {
+            out.push(self.row(i).iter().copied(), self.singular[i]);
+        }
+        out
+    }
+
+    /// In the order of the first joint, where it is the same of the second, and so on.
+    pub(super) fn sorted(&self) -> Self {
+        let by_joint = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne());
+        let mut order: Vec<usize> = (0..self.len()).collect();
+        order.sort_by(|&a, &b| by_joint(self.row(a), self.row(b)).unwrap_or(std::cmp::Ordering::Equal));
+        self.ordered(&order)
     }
 
     /// How many there are.
@@ -70,6 +81,16 @@ impl Postures {
     /// All numbers, posture by posture.
     pub fn as_slice(&self) -> &[f64] {
         &self.q
+    }
+
+    /// The joints of one.
+    pub(super) fn row(&self, i: usize) -> &[f64] {
+        &self.q[i * self.n..(i + 1) * self.n]
+    }
+
+    /// The joints of one, to be changed.
+    pub(super) fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.q[i * self.n..(i + 1) * self.n]
     }
 
     /// One after the other.

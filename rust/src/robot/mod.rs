@@ -79,8 +79,7 @@ impl Robot {
         self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
         let slides = self.joints.contains(&Joint::Prismatic);
-        let stretched: f64 = self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum();
-        self.arm = if slides { f64::INFINITY } else { stretched };
+        self.arm = if slides { f64::INFINITY } else { self.stretched() };
         self
     }
 
@@ -109,6 +108,17 @@ impl Robot {
     #[inline(always)]
     pub fn arm(&self) -> f64 {
         self.arm
+    }
+
+    /// The links in line, as sliding joints are at 0 \[m\].
+    fn stretched(&self) -> f64 {
+        self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum()
+    }
+
+    /// What lengths are compared with \[m\]: the links in line, sliding joints at 0; 1 for a robot without any length.
+    pub fn size(&self) -> f64 {
+        let stretched = self.stretched();
+        if stretched > 0.0 { stretched } else { 1.0 }
     }
 
     /// Number of joints.

@@ -3,18 +3,17 @@
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArrayDyn};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use redundancy::error::{Error, Result};
-use redundancy::inverse::{Inverse, Postures};
+use redundancy::inverse::{Inverse, Postures, Request, Wanted};
 use redundancy::robot::Robot;
 
-use crate::array::{elements, output};
+use crate::array::{elements, output, read_any, read_vector, shape_of};
 use crate::errors::{Failure, PyResult};
-use crate::robot::frames::read_frame;
-
-/// Postures, whether each is at a singularity, whether there are no others.
-pub type Report<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArray1<bool>>, bool);
+use crate::robot::frames::{Maybe, Poses, read_poses};
+use redundancy::error::check_finite;
 
 /// The joints that are held: ``{joint: coordinate}``.
 pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
@@ -28,41 +27,86 @@ pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
         .collect()
 }
 
-/// Which solutions of a pose are asked for.
-pub struct Wanted<'a, 'py> {
+/// What is asked beside the poses.
+pub struct Asked<'a, 'py> {
+    pub near: Maybe<'a, 'py>,
     pub fixed: Option<&'a Bound<'py, PyDict>>,
     pub arm_angle: Option<f64>,
+    pub samples: Option<usize>,
     pub limits: bool,
     pub turns: bool,
+    pub report: bool,
 }
 
-/// All postures for a pose.
-pub fn solve(
-    robot: &Arc<Robot>,
-    solver: &OnceLock<Result<Inverse>>,
-    pose: &Bound<'_, PyAny>,
-    wanted: &Wanted<'_, '_>,
-) -> PyResult<Postures> {
-    let target = read_frame("pose", pose)?;
-    let fixed = wanted.fixed.map(read_fixed).transpose()?;
-    let found = match (&fixed, wanted.arm_angle) {
-        (Some(_), Some(_)) => return Err(Error::value("arm_angle", "given beside fixed", "one of the two").into()),
-        (None, Some(angle)) => Postures::with_arm_angle(robot, &target, angle)?,
-        (Some(fixed), None) => Postures::with_fixed(robot, &target, fixed)?,
-        (None, None) => solver.get_or_init(|| Inverse::new(robot.clone())).as_ref().map_err(Clone::clone)?.solve(&target).into(),
+impl Asked<'_, '_> {
+    /// Postures for one pose, or for many with the numbers of their poses.
+    pub fn answer<'py>(
+        &self,
+        py: Python<'py>,
+        robot: &Arc<Robot>,
+        solver: &OnceLock<Result<Inverse>>,
+        pose: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let poses = read_poses("pose", pose)?;
+        let near = self.near.map(|near| read_near(near, robot.n(), &poses)).transpose()?;
+        let fixed = self.fixed.map(read_fixed).transpose()?;
+        let wanted = Wanted { fixed: fixed.as_deref().unwrap_or_default(), limits: self.limits, turns: self.turns };
+        let request = match (self.arm_angle, self.samples, &fixed) {
+            (Some(_), _, Some(_)) => return Err(Error::value("arm_angle", "given beside fixed", "one of the two").into()),
+            (Some(_), Some(_), _) => return Err(Error::value("samples", "given beside arm_angle", "one of the two").into()),
+            (Some(angle), None, None) => Request::with_arm_angle(robot, angle, wanted)?,
+            (None, Some(samples), _) => Request::swept(robot, samples, wanted)?,
+            (None, None, Some(_)) => Request::held(robot, wanted)?,
+            (None, None, None) => Request::six(six(robot, solver)?, wanted),
+        };
+        match poses {
+            Poses::One(pose) => {
+                let solve = || request.solve(&pose, near.as_deref());
+                let found = if request.is_slow() { py.detach(solve) } else { solve() };
+                let q = array(py, &found)?;
+                if !self.report {
+                    return Ok(q.into_any());
+                }
+                Ok((q, PyArray1::from_vec(py, found.singular), found.complete).into_bound_py_any(py)?)
+            }
+            Poses::Many(poses) => {
+                let found = py.detach(|| request.solve_many(&poses, near.as_deref()));
+                let (q, frame) = (array(py, &found.postures)?, PyArray1::from_vec(py, found.frame));
+                if !self.report {
+                    return Ok((q, frame).into_bound_py_any(py)?);
+                }
+                let singular = PyArray1::from_vec(py, found.postures.singular);
+                Ok((q, frame, singular, PyArray1::from_vec(py, found.complete)).into_bound_py_any(py)?)
+            }
+        }
+    }
+}
+
+/// The solver of six joints, made when first asked for.
+pub fn six<'a>(robot: &Arc<Robot>, solver: &'a OnceLock<Result<Inverse>>) -> Result<&'a Inverse> {
+    solver.get_or_init(|| Inverse::new(robot.clone())).as_ref().map_err(Clone::clone)
+}
+
+/// The posture to be near to, or one for each pose.
+fn read_near(near: &Bound<'_, PyAny>, n: usize, poses: &Poses) -> PyResult<Vec<f64>> {
+    let Poses::Many(poses) = poses else {
+        let mut one = vec![0.0; n];
+        read_vector("near", near, n, &mut one)?;
+        return Ok(one);
     };
-    let inside = wanted.limits || wanted.turns;
-    Ok(if inside { found.within_limits(robot, wanted.turns, &fixed.unwrap_or_default()) } else { found })
+    let (numbers, shape) = read_any("near", near)?;
+    check_finite("near", &numbers)?;
+    if shape != [n] && shape != [poses.len(), n] {
+        return Err(
+            Error::Shape { name: "near".into(), got: shape_of(&shape), expected: format!("({n},) or ({}, {n})", poses.len()) }.into()
+        );
+    }
+    Ok(numbers)
 }
 
 /// Postures as an array (k, n).
-pub fn array<'py>(py: Python<'py>, found: &Postures) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+fn array<'py>(py: Python<'py>, found: &Postures) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let array = output(py, None, [found.len(), found.n()])?;
     elements(&array).copy_from_slice(found.as_slice());
     Ok(array)
-}
-
-/// As a report.
-pub fn report<'py>(py: Python<'py>, found: Postures) -> PyResult<Report<'py>> {
-    Ok((array(py, &found)?, PyArray1::from_vec(py, found.singular), found.complete))
 }

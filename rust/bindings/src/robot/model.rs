@@ -4,17 +4,18 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-
 use pyo3::types::PyDict;
 
-use super::inverse::{self, Wanted, read_fixed};
-use crate::array::{elements, map_rows, ok, output, read_vector, vector};
+use super::inverse::{Asked, read_fixed, six};
+use crate::array::{elements, map_rows, ok, output, read_one_or_many, read_vector, vector};
 use crate::errors::PyResult;
+use crate::results::SINGULARITY;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
-use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::inverse::{ArmAngle, Inverse, Structure, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{RandomPostures, Robot, parse_joints};
@@ -375,16 +376,24 @@ impl PyRobot {
         Ok(array)
     }
 
-    /// Every posture that takes the tool to a frame.
+    /// Every posture that takes the tool to a frame, or to each of many.
     ///
     /// Parameters
     /// ----------
-    /// pose : array_like, shape (4, 4)
-    ///     The tool frame in the base frame [m].
+    /// pose : array_like, shape (4, 4) or (N, 4, 4)
+    ///     The tool frame in the base frame [m], or many of them: these are solved on every core, with the GIL released.
+    /// near : array_like, shape (n,), optional
+    ///     A posture [rad or m], such as where the robot stands: the answer is in order of the Euclidean norm of the difference from it, joints by the
+    ///     whole turn nearest to it (with ``limits`` the nearest that they allow). A joint that may be chosen in a singular posture is where this
+    ///     posture has it, or as near as it can be. With many poses one for all, or (N, n), one for each.
     /// fixed : dict of int to float, optional
     ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
     /// arm_angle : float, optional
     ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
+    /// samples : int, optional
+    ///     For a robot of seven joints that are not held: one of them is held at so many values over its limits (a turn without), and the postures of
+    ///     all of them are returned; with ``near`` also those with its value. The joint is the one whose holding leaves a closed form, of several the one
+    ///     with the largest share in the self-motion. Never complete.
     /// limits : bool
     ///     Whether only postures within the position limits are returned.
     /// turns : bool
@@ -395,42 +404,111 @@ impl PyRobot {
     /// Returns
     /// -------
     /// q : ndarray, shape (k, n)
-    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
-    ///     to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice.
+    ///     Postures [rad or m], k from 0 to 16 (more with ``turns`` and ``samples``); without ``near`` each joint within half a turn of the middle of its
+    ///     range (of 0 without limits), in the order of their branches where `branch` has names for them, else of joint 1, then joint 2 and so on. Each
+    ///     takes the tool to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice. Of many poses shape (K, n), pose by pose.
+    /// frame : ndarray of int, shape (K,)
+    ///     With many poses: the number of the pose of each posture, counted from 0.
     /// singular : ndarray of bool, shape (k,)
-    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
+    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then).
     /// complete : bool
-    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination).
+    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination). With many poses (N,), one each.
     ///
     /// Raises
     /// ------
+    /// ShapeError, NonFiniteError
+    ///     If an array has the wrong shape or holds NaN or infinities; the message has the number of the pose, ``pose[3]``.
     /// InvalidValueError
-    ///     If six revolute joints are not what is left, or the arm has no arm angle.
+    ///     If a pose is no rigid transform, if six revolute joints are not what is left, or the arm has no arm angle.
     ///
     /// Notes
     /// -----
     /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
     /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
-    #[pyo3(signature = (pose, *, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
+    #[pyo3(signature = (pose, *, near=None, fixed=None, arm_angle=None, samples=None, limits=false, turns=false, report=false))]
     fn inverse<'py>(
         &self,
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
+        near: Maybe<'_, 'py>,
         fixed: Option<&Bound<'py, PyDict>>,
         arm_angle: Option<f64>,
+        samples: Option<usize>,
         limits: bool,
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
-        if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
+        Asked { near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
+    }
+
+    /// The name of a posture's branch: shoulder, elbow and wrist, as in ``"front, up, no flip"``.
+    ///
+    /// Shoulder: "front" where the centre of the wrist (with three parallel axes: where axes 5 and 6 meet) is on the side of axis 1 on which axis 2 is,
+    /// "back" on the other; where axes 1 and 2 meet, "right" on the side of z1 x z2, else "left" (a right arm lifts its wrist when joint 2 turns forward).
+    /// Elbow: "up" above the line from shoulder to wrist, seen with the wrist ahead, else "down". Wrist: "no flip" where joint 5 is turned from in line
+    /// in its positive sense, ``(z5 x z4) . z6 > 0``, else "flip". Each word is the sign of a factor of det J, so that it changes at a singularity alone (where
+    /// either may be told) and the postures of one pose have different names.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// str or list of str
+    ///     "none" for robots other than six revolute joints with axes 2 and 3 parallel and axes 4, 5 and 6 through a point, or with axes 2, 3 and 4
+    ///     parallel and axes 5 and 6 meeting.
+    ///
+    /// Notes
+    /// -----
+    /// The words are those of Lee and Ziegler (1984), for arms with a shoulder offset those of their makers.
+    fn branch<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let n = self.robot.n();
+        let name = |q: &[f64]| ok(branch(&self.robot, q)).map(|branch| branch.map_or("none".into(), |branch| branch.to_string()));
+        let mut buffer = [0.0; MAX_JOINTS];
+        match read_one_or_many("q", q, n, &mut buffer)? {
+            None => Ok(name(&buffer[..n])?.into_bound_py_any(py)?),
+            Some(rows) => Ok(rows.chunks_exact(n).map(name).collect::<PyResult<Vec<String>>>()?.into_bound_py_any(py)?),
+        }
+    }
+
+    /// How near a posture is to a singularity, and which one.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// tolerance : float
+    ///     Smallest singular value below which the posture counts as singular.
+    ///
+    /// Returns
+    /// -------
+    /// kind : str
+    ///     "regular"; for robots whose branches have names "shoulder", "elbow", "wrist" or several of them, as in ``"shoulder, wrist"``: which factors of
+    ///     det J vanish; for others "singular".
+    /// value : float
+    ///     Smallest of the min(6, n) singular values of the Jacobian without units: linear rows over the size of the robot (its links in line), sliding
+    ///     joints in multiples of that.
+    /// twist : ndarray, shape (6,), or None
+    ///     The unit motion [omega; v over the size], in the base frame, that the tool makes least of: none at a singularity. None for fewer than
+    ///     six joints.
+    /// joints : ndarray, shape (n,), or None
+    ///     The unit motion of the joints that moves the tool least. None for more than six joints.
+    #[pyo3(signature = (q, tolerance=1e-6))]
+    fn singularity<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, tolerance: f64) -> PyResult<Bound<'py, PyAny>> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        let found = ok(singularity(&self.robot, &posture[..self.robot.n()], tolerance))?;
+        let (twist, joints) = (found.twist.map(|twist| vector(py, &twist)), found.joints.map(|joints| vector(py, &joints)));
+        Ok(SINGULARITY.make(py, (found.kind, found.value, twist, joints))?)
     }
 
     /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
     /// parallel) or "general"; "none" without six revolute joints.
     #[getter]
     fn structure(&self) -> &'static str {
-        match self.inverse.get_or_init(|| Inverse::new(self.robot.clone())).as_ref().map(Inverse::structure) {
+        match six(&self.robot, &self.inverse).map(Inverse::structure) {
             Ok(Structure::Wrist { .. }) => "wrist",
             Ok(Structure::Parallel { .. }) => "parallel",
             Ok(Structure::General) => "general",

@@ -5,6 +5,7 @@
 //! shoulder or between, and so are three parallel axes.
 
 mod arm_angle;
+mod branches;
 mod circle;
 mod parallel;
 mod regional;
@@ -14,6 +15,8 @@ mod structure;
 mod wrist;
 
 pub use arm_angle::ArmAngle;
+pub(super) use branches::Factors;
+pub use branches::{Branch, branch};
 pub use solutions::{MAX_SOLUTIONS, Solutions};
 pub use solver::Inverse;
 pub use structure::Structure;

@@ -1,0 +1,165 @@
+//! Postures in order of their nearness to a given one. What may be chosen in a singular posture stays as the given one has it.
+
+use super::newton::reach_holding;
+use super::postures::Postures;
+use super::singularity::null_joints;
+use crate::linalg::frame::Frame;
+use crate::linalg::{MAX_JOINTS, with_capacity};
+use crate::robot::{Joint, Limits, Robot, nearest_turn};
+use crate::task::{Target, Task};
+use std::f64::consts::TAU;
+
+/// Error of a pose below which a posture that was moved counts as a solution: that of the solver.
+const VERIFIED: f64 = 1e-10;
+/// Error at which a step along the free motion ends [rad, m over the size of the robot].
+const EXACT: f64 = 1e-15;
+/// Newton steps back to the frame.
+const STEPS: usize = 12;
+/// Longest step of a joint along the free motion \[rad\]: the next branch is farther.
+const STRIDE: f64 = 0.2;
+/// Shortest one: where two branches only meet, the tool misses its frame by the square of it.
+const LEAST_STRIDE: f64 = 1e-3;
+/// Postures nearer to each other than this \[rad\] are one.
+const SAME: f64 = 1e-7;
+
+/// A joint that may be chosen in singular postures, and those that are held while it moves, one bit a joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stay {
+    pub joint: usize,
+    pub held: u32,
+}
+
+impl Stay {
+    /// Any of some joints, the first ones first, while others are held.
+    pub fn in_order(joints: &[usize], fixed: &[(usize, f64)]) -> Vec<Self> {
+        let held = fixed.iter().fold(0, |bits, (joint, _)| bits | 1 << joint);
+        joints.iter().map(|&joint| Self { joint, held }).collect()
+    }
+}
+
+/// A posture that others are to be near to.
+pub(super) struct Nearness<'a> {
+    pub robot: &'a Robot,
+    pub target: &'a Frame,
+    pub near: &'a [f64],
+    pub stay: &'a [Stay],
+    pub fixed: &'a [(usize, f64)],
+}
+
+impl Nearness<'_> {
+    /// The postures of an answer, the nearest first; `inside` the limits if it is so wanted, each once or in all `turns`.
+    pub fn order(&self, mut found: Postures, inside: bool, turns: bool) -> Postures {
+        if found.singular.contains(&true) {
+            found = self.chosen(found);
+        }
+        for i in 0..found.len() {
+            self.turn(found.row_mut(i), inside);
+        }
+        if turns {
+            found = found.within_limits(self.robot, true, self.fixed);
+        } else if inside {
+            found = self.nearest_copies(&found);
+        }
+        let distance: Vec<f64> = found.rows().map(|row| self.distance(row)).collect();
+        let mut order: Vec<usize> = (0..found.len()).collect();
+        order.sort_by(|&a, &b| distance[a].total_cmp(&distance[b]));
+        found.ordered(&order)
+    }
+
+    /// The length of the difference of the joints [rad and m].
+    fn distance(&self, q: &[f64]) -> f64 {
+        q.iter().zip(self.near).map(|(x, near)| (x - near).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Takes joints to the whole turn nearest to the given posture, of those that their limits allow if `inside`.
+    fn turn(&self, q: &mut [f64], inside: bool) {
+        for (i, x) in q.iter_mut().enumerate() {
+            let held = self.fixed.iter().any(|(joint, _)| *joint == i);
+            if self.robot.joints()[i] == Joint::Revolute && !held {
+                *x = nearest_turn(*x, self.near[i]);
+                if inside {
+                    *x = within(self.robot.limits(), i, *x);
+                }
+            }
+        }
+    }
+
+    /// Of each posture the nearest copy within the limits, if there is one.
+    fn nearest_copies(&self, found: &Postures) -> Postures {
+        let mut kept = Postures::none(found.n(), found.complete);
+        for i in 0..found.len() {
+            let copies = found.ordered(&[i]).within_limits(self.robot, true, self.fixed);
+            if let Some(nearest) = copies.rows().min_by(|a, b| self.distance(a).total_cmp(&self.distance(b))) {
+                kept.push(nearest.iter().copied(), found.singular[i]);
+            }
+        }
+        kept
+    }
+
+    /// Singular postures with what may be chosen as near as can be to the given one; those that are one then come once.
+    fn chosen(&self, mut found: Postures) -> Postures {
+        let mut order: Vec<usize> = Vec::with_capacity(found.len());
+        for i in 0..found.len() {
+            if found.singular[i] {
+                with_capacity!(self.robot.n(), choose(self, found.row_mut(i)));
+            }
+            let same = |a: &[f64], b: &[f64]| {
+                a.iter().zip(b).zip(self.robot.joints()).all(|((a, b), joint)| match joint {
+                    Joint::Revolute => nearest_turn(a - b, 0.0).abs() <= SAME,
+                    Joint::Prismatic => (a - b).abs() <= SAME,
+                })
+            };
+            if !found.singular[i] || !order.iter().any(|&j| found.singular[j] && same(found.row(i), found.row(j))) {
+                order.push(i);
+            }
+        }
+        found.ordered(&order)
+    }
+}
+
+/// An angle by whole turns to where it is within the limits of joint `i`, if it is beyond.
+fn within(limits: &Limits, i: usize, angle: f64) -> f64 {
+    let (low, high) = (limits.q_min[i], limits.q_max[i]);
+    if angle < low {
+        angle + TAU * ((low - angle) / TAU).ceil()
+    } else if angle > high {
+        angle - TAU * ((angle - high) / TAU).ceil()
+    } else {
+        angle
+    }
+}
+
+/// Takes one joint after the other to where the given posture has it, if the tool can stay in its frame.
+fn choose<const C: usize>(to: &Nearness, q: &mut [f64]) {
+    let mut pinned = 0;
+    for stay in to.stay {
+        let (joint, held) = (stay.joint, stay.held | pinned);
+        let free = null_joints(to.robot, q, held);
+        let goal = nearest_turn(to.near[joint], q[joint]);
+        if free >> joint & 1 == 1 && slide::<C>(to, q, joint, held, goal) {
+            pinned |= 1 << joint;
+        }
+    }
+}
+
+/// Moves a joint towards a goal, the others making up for it; whether it moved or had not to.
+fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32, goal: f64) -> bool {
+    let target = Target { position: to.target.origin, axis: None, frame: to.target.axes };
+    let length = to.robot.size();
+    let (n, mut stride, mut moved) = (q.len(), STRIDE, q[joint] == goal);
+    while q[joint] != goal && stride >= LEAST_STRIDE {
+        let left = goal - q[joint];
+        let mut buffer = [0.0; MAX_JOINTS];
+        let trial = &mut buffer[..n];
+        trial.copy_from_slice(q);
+        trial[joint] = if left.abs() <= stride { goal } else { q[joint] + stride.copysign(left) };
+        let got = reach_holding::<C>(to.robot, None, &Task::FULL, &target, length, trial, held | 1 << joint, EXACT, STEPS);
+        if got.error <= VERIFIED {
+            q.copy_from_slice(trial);
+            moved = true;
+        } else {
+            stride = 0.5 * stride.min(left.abs());
+        }
+    }
+    moved
+}

@@ -1,0 +1,200 @@
+//! What is asked of the inverse kinematics, for one frame of the tool or for many.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::analytic::{ArmAngle, Inverse, Structure};
+use super::nearby::{Nearness, Stay};
+use super::postures::Postures;
+use super::sweep;
+use crate::error::{Result, check_finite};
+use crate::linalg::frame::Frame;
+use crate::robot::Robot;
+
+/// Frames that a thread takes at a time.
+const CHUNK: usize = 16;
+/// Held robots from this number on are asked on every core.
+const PARALLEL: usize = 16;
+
+/// Which postures are wanted.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Wanted<'a> {
+    /// Joints that are held, and where [rad or m]; the last coordinate counts where a joint is given twice.
+    pub fixed: &'a [(usize, f64)],
+    /// Only those within the limits.
+    pub limits: bool,
+    /// In every whole turn that the limits allow.
+    pub turns: bool,
+}
+
+/// The inverse kinematics of a robot with joints held, the others being six revolute ones.
+#[derive(Debug, Clone)]
+struct Held {
+    fixed: Vec<(usize, f64)>,
+    inverse: Inverse,
+}
+
+impl Held {
+    fn new(robot: &Robot, fixed: Vec<(usize, f64)>) -> Result<Self> {
+        Ok(Self { inverse: Inverse::new(Arc::new(robot.with_fixed(&fixed)?))?, fixed })
+    }
+
+    fn at(&self, joint: usize) -> Option<f64> {
+        self.fixed.iter().rev().find(|(held, _)| *held == joint).map(|(_, value)| *value)
+    }
+
+    fn solve(&self, n: usize, target: &Frame) -> Postures {
+        let found = six(&self.inverse, target);
+        let mut out = Postures::none(n, found.complete);
+        for (row, singular) in found.rows().zip(&found.singular) {
+            let mut moving = row.iter();
+            out.push((0..n).map(|joint| self.at(joint).or_else(|| moving.next().copied()).unwrap_or(f64::NAN)), *singular);
+        }
+        out
+    }
+}
+
+/// How the postures are found.
+enum Way<'a> {
+    Six(&'a Inverse),
+    Plane(ArmAngle, f64),
+    Held(Held),
+    Swept { joint: usize, grid: Vec<Held> },
+}
+
+/// The inverse kinematics of a robot, made once for what is asked and then given frames.
+pub struct Request<'a> {
+    robot: &'a Robot,
+    wanted: Wanted<'a>,
+    way: Way<'a>,
+    /// What may be chosen in a singular posture, in the order in which it is.
+    stay: Vec<Stay>,
+}
+
+impl<'a> Request<'a> {
+    /// Of a robot with six revolute joints.
+    pub fn six(inverse: &'a Inverse, wanted: Wanted<'a>) -> Self {
+        let stay = Stay::in_order(&order(inverse.structure()), &[]);
+        Self { robot: inverse.robot(), wanted, way: Way::Six(inverse), stay }
+    }
+
+    /// With the joints held that are wanted so, six revolute ones being left.
+    pub fn held(robot: &'a Robot, wanted: Wanted<'a>) -> Result<Self> {
+        let held = Held::new(robot, wanted.fixed.to_vec())?;
+        let moving: Vec<usize> = (0..robot.n()).filter(|joint| held.at(*joint).is_none()).collect();
+        let stay = Stay::in_order(&order(held.inverse.structure()).map(|k| moving[k]), &held.fixed);
+        Ok(Self { robot, wanted, way: Way::Held(held), stay })
+    }
+
+    /// With the plane of a seven-axis arm at an angle \[rad\].
+    pub fn with_arm_angle(robot: &'a Robot, angle: f64, wanted: Wanted<'a>) -> Result<Self> {
+        check_finite("arm_angle", &[angle])?;
+        let arm = ArmAngle::new(robot)?;
+        // Shoulder and wrist by themselves: neither turns the plane.
+        let stay = vec![Stay { joint: 0, held: 0b111_1000 }, Stay { joint: 4, held: 0b000_1111 }];
+        Ok(Self { robot, wanted, way: Way::Plane(arm, angle), stay })
+    }
+
+    /// With one joint more than six revolute ones, which is held at so many values over its range in turn ([`sweep`]).
+    pub fn swept(robot: &'a Robot, samples: usize, wanted: Wanted<'a>) -> Result<Self> {
+        let (joint, values) = sweep::grid(robot, wanted.fixed, samples)?;
+        let held = |value: &f64| Held::new(robot, [wanted.fixed, &[(joint, *value)]].concat());
+        let grid = values.iter().map(held).collect::<Result<Vec<_>>>()?;
+        let moving: Vec<usize> = (0..robot.n()).filter(|i| grid[0].at(*i).is_none()).collect();
+        let stay = Stay::in_order(&order(grid[0].inverse.structure()).map(|k| moving[k]), &grid[0].fixed);
+        Ok(Self { robot, wanted, way: Way::Swept { joint, grid }, stay })
+    }
+
+    /// Whether a frame may take long, so that others should not wait for it.
+    pub fn is_slow(&self) -> bool {
+        match &self.way {
+            Way::Six(inverse) => inverse.structure() == Structure::General,
+            Way::Held(held) => held.inverse.structure() == Structure::General,
+            Way::Swept { .. } => true,
+            Way::Plane(..) => false,
+        }
+    }
+
+    /// All postures for a frame; in order of their nearness to the posture `near` if there is one, with what may be chosen as it has it.
+    pub fn solve(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
+        let found = self.found(target, near);
+        let Wanted { fixed, limits, turns } = self.wanted;
+        let inside = limits || turns;
+        match near {
+            Some(near) => Nearness { robot: self.robot, target, near, stay: &self.stay, fixed }.order(found, inside, turns),
+            None if inside => found.within_limits(self.robot, turns, fixed),
+            None => found,
+        }
+    }
+
+    fn found(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
+        let n = self.robot.n();
+        match &self.way {
+            Way::Six(inverse) => six(inverse, target),
+            Way::Plane(arm, angle) => arm.solve(target, *angle).into(),
+            Way::Held(held) => held.solve(n, target),
+            Way::Swept { joint, grid } => {
+                let mut all = Postures::none(n, false);
+                // The value that `near` has is one more of the grid.
+                let its = near.map(|near| near[*joint]).filter(|value| sweep::allows(self.robot, *joint, *value));
+                if let Some(Ok(held)) = its.map(|value| Held::new(self.robot, [self.wanted.fixed, &[(*joint, value)]].concat())) {
+                    all.append(&held.solve(n, target));
+                }
+                if grid.len() < PARALLEL {
+                    grid.iter().for_each(|held| all.append(&held.solve(n, target)));
+                } else {
+                    let each: Vec<Postures> = grid.par_iter().map(|held| held.solve(n, target)).collect();
+                    each.iter().for_each(|found| all.append(found));
+                }
+                all
+            }
+        }
+    }
+
+    /// The same of many frames, on every core; `near` holds one posture for all of them or one for each.
+    pub fn solve_many(&self, targets: &[Frame], near: Option<&[f64]>) -> Batch {
+        let n = self.robot.n();
+        let near_of = |i: usize| near.map(|near| if near.len() == n { near } else { &near[i * n..(i + 1) * n] });
+        let answered: Vec<Vec<Postures>> = targets
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(k, chunk)| chunk.iter().enumerate().map(|(i, target)| self.solve(target, near_of(CHUNK * k + i))).collect())
+            .collect();
+        let mut batch = Batch { postures: Postures::none(n, true), frame: Vec::new(), complete: Vec::with_capacity(targets.len()) };
+        for (i, found) in answered.iter().flatten().enumerate() {
+            batch.postures.append(found);
+            batch.frame.extend(std::iter::repeat_n(i as i64, found.len()));
+            batch.complete.push(found.complete);
+        }
+        batch
+    }
+}
+
+/// Postures of many frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batch {
+    /// Those of the first frame, then those of the second, and so on.
+    pub postures: Postures,
+    /// The frame of each posture, counted from 0.
+    pub frame: Vec<i64>,
+    /// Of each frame, whether there are no others.
+    pub complete: Vec<bool>,
+}
+
+/// Those of six joints: by branch where branches have names, else in order of the joints.
+fn six(inverse: &Inverse, target: &Frame) -> Postures {
+    let found = Postures::from(inverse.solve(target));
+    if inverse.has_branches() { found } else { found.sorted() }
+}
+
+/// The joints in the order in which they stay where they are, if they can: as the closed form chooses.
+fn order(structure: Structure) -> [usize; 6] {
+    let start = match structure {
+        Structure::Wrist { first, .. } => first,
+        // Joint 6 of the loop, which may be parallel to the three.
+        Structure::Parallel { first } => first + 5,
+        Structure::General => 0,
+    };
+    std::array::from_fn(|k| (start + k) % 6)
+}
