@@ -103,6 +103,12 @@ class QPSolution(NamedTuple):
     row_multipliers: _F64
     changes: int
 
+class Singularity(NamedTuple):
+    kind: str
+    value: float
+    twist: _F64 | None
+    joints: _F64 | None
+
 @final
 class Robot:
     @staticmethod
@@ -190,8 +196,10 @@ class Robot:
         self,
         pose: ArrayLike,
         *,
+        near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
+        samples: int | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[False] = False,
@@ -201,12 +209,16 @@ class Robot:
         self,
         pose: ArrayLike,
         *,
+        near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
+        samples: int | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[True],
-    ) -> tuple[_F64, NDArray[np.bool_], bool]: ...
+    ) -> tuple[Any, ...]: ...
+    def branch(self, q: ArrayLike) -> Any: ...
+    def singularity(self, q: ArrayLike, tolerance: float = 1e-6) -> Singularity: ...
     def arm_angle(self, q: ArrayLike) -> float: ...
     def rows_in_use(self) -> list[int]: ...
     def __eq__(self, other: object, /) -> bool: ...

@@ -70,7 +70,7 @@ def _changed(row: int, column: int, value: float) -> F64:
 
 WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "3 x 3": (lambda: IRB120.inverse(np.eye(3)), rd.ShapeError, r"pose.*\(3, 3\).*\(4, 4\)"),
-    "batch": (lambda: IRB120.inverse(POSE[None]), rd.ShapeError, r"pose.*\(1, 4, 4\)"),
+    "batches": (lambda: IRB120.inverse(POSE[None, None]), rd.ShapeError, r"pose.*\(1, 1, 4, 4\).*\(N, 4, 4\)"),
     "flat": (lambda: IRB120.inverse(POSE.ravel()), rd.ShapeError, r"pose.*\(16,\)"),
     "text": (lambda: IRB120.inverse("x"), rd.InvalidValueError, "pose is 'x'"),
     "None": (lambda: IRB120.inverse(None), rd.ShapeError, "pose"),  # type: ignore[call-overload]

@@ -14,7 +14,7 @@ const VERIFIED: f64 = 1e-10;
 /// Error at which a step along the free motion ends [rad, m over the size of the robot].
 const EXACT: f64 = 1e-15;
 /// Newton steps back to the frame.
-const STEPS: usize = 12;
+const STEPS: usize = 40;
 /// Longest step of a joint along the free motion \[rad\]: the next branch is farther.
 const STRIDE: f64 = 0.2;
 /// Shortest one: where two branches only meet, the tool misses its frame by the square of it.
@@ -44,6 +44,8 @@ pub(super) struct Nearness<'a> {
     pub near: &'a [f64],
     pub stay: &'a [Stay],
     pub fixed: &'a [(usize, f64)],
+    /// Whether every posture at the frame is an answer, the held joints being where they are.
+    pub anywhere: bool,
 }
 
 impl Nearness<'_> {
@@ -84,11 +86,15 @@ impl Nearness<'_> {
         }
     }
 
-    /// Of each posture the nearest copy within the limits, if there is one.
+    /// Of each posture the nearest copy within the limits, if there is one: the one whose joints are so each for itself, unless limits on several joints
+    /// refuse it.
     fn nearest_copies(&self, found: &Postures) -> Postures {
         let mut kept = Postures::none(found.n(), found.complete);
         for i in 0..found.len() {
-            let copies = found.ordered(&[i]).within_limits(self.robot, true, self.fixed);
+            let mut copies = found.ordered(&[i]).within_limits(self.robot, false, self.fixed);
+            if copies.is_empty() {
+                copies = found.ordered(&[i]).within_limits(self.robot, true, self.fixed);
+            }
             if let Some(nearest) = copies.rows().min_by(|a, b| self.distance(a).total_cmp(&self.distance(b))) {
                 kept.push(nearest.iter().copied(), found.singular[i]);
             }
@@ -96,24 +102,37 @@ impl Nearness<'_> {
         kept
     }
 
-    /// Singular postures with what may be chosen as near as can be to the given one; those that are one then come once.
+    /// Singular postures with what may be chosen as near as can be to the given one, and the one of them that is found from there: another part of the
+    /// continuum may be nearer. Those that are one come once.
     fn chosen(&self, mut found: Postures) -> Postures {
+        let mut tried = Vec::new();
+        for i in 0..found.len() {
+            let chosen = if found.singular[i] { with_capacity!(self.robot.n(), choose(self, found.row_mut(i))) } else { 0 };
+            if chosen != 0 && self.anywhere && !tried.contains(&chosen) {
+                tried.push(chosen);
+                let mut q = self.near.to_vec();
+                self.fixed.iter().for_each(|(joint, value)| q[*joint] = *value);
+                let held = self.stay.iter().fold(chosen, |bits, stay| bits | stay.held);
+                if with_capacity!(self.robot.n(), reaches(self, &mut q, held)) {
+                    found.push(q, true);
+                }
+            }
+        }
         let mut order: Vec<usize> = Vec::with_capacity(found.len());
         for i in 0..found.len() {
-            if found.singular[i] {
-                with_capacity!(self.robot.n(), choose(self, found.row_mut(i)));
-            }
-            let same = |a: &[f64], b: &[f64]| {
-                a.iter().zip(b).zip(self.robot.joints()).all(|((a, b), joint)| match joint {
-                    Joint::Revolute => nearest_turn(a - b, 0.0).abs() <= SAME,
-                    Joint::Prismatic => (a - b).abs() <= SAME,
-                })
-            };
-            if !found.singular[i] || !order.iter().any(|&j| found.singular[j] && same(found.row(i), found.row(j))) {
+            if !found.singular[i] || !order.iter().any(|&j| found.singular[j] && self.same(found.row(i), found.row(j))) {
                 order.push(i);
             }
         }
         found.ordered(&order)
+    }
+
+    /// Whether two postures are the same up to whole turns.
+    fn same(&self, a: &[f64], b: &[f64]) -> bool {
+        a.iter().zip(b).zip(self.robot.joints()).all(|((a, b), joint)| match joint {
+            Joint::Revolute => nearest_turn(a - b, 0.0).abs() <= SAME,
+            Joint::Prismatic => (a - b).abs() <= SAME,
+        })
     }
 }
 
@@ -129,37 +148,39 @@ fn within(limits: &Limits, i: usize, angle: f64) -> f64 {
     }
 }
 
-/// Takes one joint after the other to where the given posture has it, if the tool can stay in its frame.
-fn choose<const C: usize>(to: &Nearness, q: &mut [f64]) {
-    let mut pinned = 0;
+/// Takes one joint after the other to where the given posture has it, or as far as the tool can stay in its frame; which these are, one bit a joint.
+fn choose<const C: usize>(to: &Nearness, q: &mut [f64]) -> u32 {
+    let mut chosen = 0;
     for stay in to.stay {
-        let (joint, held) = (stay.joint, stay.held | pinned);
-        let free = null_joints(to.robot, q, held);
-        let goal = nearest_turn(to.near[joint], q[joint]);
-        if free >> joint & 1 == 1 && slide::<C>(to, q, joint, held, goal) {
-            pinned |= 1 << joint;
+        let (joint, held) = (stay.joint, stay.held | chosen);
+        if null_joints(to.robot, q, held) >> joint & 1 == 1 {
+            slide::<C>(to, q, joint, held | 1 << joint);
+            chosen |= 1 << joint;
         }
     }
+    chosen
 }
 
-/// Moves a joint towards a goal, the others making up for it; whether it moved or had not to.
-fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32, goal: f64) -> bool {
-    let target = Target { position: to.target.origin, axis: None, frame: to.target.axes };
-    let length = to.robot.size();
-    let (n, mut stride, mut moved) = (q.len(), STRIDE, q[joint] == goal);
+/// Moves a joint towards where the given posture has it, the others but the held ones making up for it.
+fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32) {
+    let goal = nearest_turn(to.near[joint], q[joint]);
+    let mut stride = STRIDE;
     while q[joint] != goal && stride >= LEAST_STRIDE {
         let left = goal - q[joint];
         let mut buffer = [0.0; MAX_JOINTS];
-        let trial = &mut buffer[..n];
+        let trial = &mut buffer[..q.len()];
         trial.copy_from_slice(q);
         trial[joint] = if left.abs() <= stride { goal } else { q[joint] + stride.copysign(left) };
-        let got = reach_holding::<C>(to.robot, None, &Task::FULL, &target, length, trial, held | 1 << joint, EXACT, STEPS);
-        if got.error <= VERIFIED {
+        if reaches::<C>(to, trial, held) {
             q.copy_from_slice(trial);
-            moved = true;
         } else {
             stride = 0.5 * stride.min(left.abs());
         }
     }
-    moved
+}
+
+/// Takes the tool to its frame, some joints held; whether it gets there.
+fn reaches<const C: usize>(to: &Nearness, q: &mut [f64], held: u32) -> bool {
+    let target = Target { position: to.target.origin, axis: None, frame: to.target.axes };
+    reach_holding::<C>(to.robot, None, &Task::FULL, &target, to.robot.size(), q, held, EXACT, STEPS).error <= VERIFIED
 }

@@ -122,7 +122,10 @@ impl<'a> Request<'a> {
         let Wanted { fixed, limits, turns } = self.wanted;
         let inside = limits || turns;
         match near {
-            Some(near) => Nearness { robot: self.robot, target, near, stay: &self.stay, fixed }.order(found, inside, turns),
+            Some(near) => {
+                let anywhere = !matches!(self.way, Way::Plane(..));
+                Nearness { robot: self.robot, target, near, stay: &self.stay, fixed, anywhere }.order(found, inside, turns)
+            }
             None if inside => found.within_limits(self.robot, turns, fixed),
             None => found,
         }

@@ -3,8 +3,9 @@
 use super::analytic::Factors;
 use crate::error::{Result, check_positive, check_vector};
 use crate::kinematics::sized::jacobian;
+use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::svd::Svd;
-use crate::linalg::{MAX_JOINTS, Row6};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::{Joint, Robot};
 
 /// A factor of the determinant is named where it is below this multiple of the tolerance, or is the smallest.
@@ -37,12 +38,12 @@ fn columns(robot: &Robot, q: &[f64]) -> [Row6; MAX_JOINTS] {
     })
 }
 
-/// Of the Jacobian itself: its left vectors are twists, accurate where it is singular too.
-fn of_rows(columns: &[Row6; MAX_JOINTS], n: usize) -> Svd<MAX_JOINTS> {
-    Svd::new(&std::array::from_fn(|r| std::array::from_fn(|i| columns[i][r])), n, 6)
+/// The matrix by rows.
+fn rows(columns: &[Row6; MAX_JOINTS]) -> Rows6<MAX_JOINTS> {
+    std::array::from_fn(|r| std::array::from_fn(|i| columns[i][r]))
 }
 
-/// Of the transpose of some of its columns, at most six: its left vectors are motions of the joints.
+/// Of the transpose of some columns, at most six; and how many they are.
 fn of_joints(columns: impl Iterator<Item = Row6>) -> (Svd<MAX_JOINTS>, usize) {
     let (mut rows, mut count) = ([[0.0; MAX_JOINTS]; 6], 0);
     for (row, column) in rows.iter_mut().zip(columns) {
@@ -58,7 +59,8 @@ pub fn singularity(robot: &Robot, q: &[f64], tolerance: f64) -> Result<Singulari
     check_vector("q", q, n)?;
     check_positive("tolerance", tolerance)?;
     let columns = columns(robot, q);
-    let tool = (n >= 6).then(|| of_rows(&columns, n));
+    // Left vectors are accurate where a matrix is singular, too: those of the Jacobian are twists, those of its transpose motions of the joints.
+    let tool = (n >= 6).then(|| Svd::new(&rows(&columns), n, 6));
     let moved = (n <= 6).then(|| of_joints(columns[..n].iter().copied()).0);
     let least = n.min(6) - 1;
     let value = tool.as_ref().or(moved.as_ref()).map_or(0.0, |svd| svd.sigma[least]);
@@ -93,5 +95,5 @@ pub(super) fn null_joints(robot: &Robot, q: &[f64], held: u32) -> u32 {
 
 /// The unit motion of the joints of a robot of seven that leaves the tool still, without units.
 pub(super) fn self_motion(robot: &Robot, q: &[f64]) -> [f64; MAX_JOINTS] {
-    of_rows(&columns(robot, q), robot.n()).null_space()[0]
+    Orthogonal::new(&rows(&columns(robot, q)), robot.n(), 6).null_space()[0]
 }
