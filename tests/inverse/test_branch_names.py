@@ -1,4 +1,4 @@
-"""Names of branches and of singularities: against the determinant of the Jacobian, heights and numpy's singular values."""
+"""Names of branches and of singularities: against the determinant of the Jacobian, heights, singular values."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_words_are_the_signs_of_the_determinant(name: str) -> None:
     robot = rd.robots.get(name).with_base(random_frame(rng)).with_tool(random_frame(rng))
     q = angles(rng, 500, 6)
     q = q[smallest_singular_value(robot, q) > REGULAR]
-    signs = np.sign(np.linalg.det(robot.jacobian(q))) * [_sign(name) for name in robot.branch(q)]
+    signs = np.sign(np.linalg.det(robot.jacobian(q))) * [_sign(robot.branch(row)) for row in q]
     assert (signs == signs[0]).all()
 
 
@@ -44,7 +44,7 @@ def test_postures_of_a_pose_have_names_of_their_own_in_one_order(name: str) -> N
     robot, orders = rd.robots.get(name), set()
     for q in angles(np.random.default_rng(2), 100, 6):
         postures, singular, _ = robot.inverse(robot.fk(q), report=True)
-        names = robot.branch(postures)
+        names = [robot.branch(posture) for posture in postures]
         assert singular.any() or len(set(names)) == len(names)
         assert robot.branch(q) in names
         if len(names) == 8:
@@ -58,8 +58,8 @@ def test_words_change_at_singularities_alone(seed: int, name: str) -> None:
     robot = rd.robots.get(name)
     first, last = angles(np.random.default_rng(seed), 2, 6)
     path = first + np.linspace(0.0, 1.0, 400)[:, None] * (last - first)
-    names = np.array(robot.branch(path))
-    for i in np.flatnonzero(names[1:] != names[:-1]):
+    names = [robot.branch(q) for q in path]
+    for i in [i for i in range(399) if names[i] != names[i + 1]]:
         low, high = path[i], path[i + 1]
         for _ in range(60):
             middle = 0.5 * (low + high)
@@ -95,11 +95,11 @@ def test_elbow_and_shoulder_are_where_the_words_say() -> None:
 def test_branches_without_names() -> None:
     arm = random_arm(np.random.default_rng(9), "general").robot()
     assert arm.branch(Q) == "none"
-    assert KUKA.branch(np.zeros((2, 7))) == ["none", "none"]
+    assert KUKA.branch(np.zeros(7)) == "none"
     assert random_arm(np.random.default_rng(1), "wrist", 0).robot().branch(Q) == "none"
-    assert IRB120.branch(np.empty((0, 6))) == []
-    with pytest.raises(rd.ShapeError, match=r"q.*\(5,\)"):
-        IRB120.branch(Q[:5])
+    for wrong in (Q[:5], Q[None]):
+        with pytest.raises(rd.ShapeError, match="q"):
+            IRB120.branch(wrong)
 
 
 @pytest.mark.parametrize("case", SINGULAR)
@@ -115,7 +115,7 @@ def test_names_of_singularities(case: str) -> None:
         found = robot.singularity(q)
         assert wanted <= set(found.kind.split(", "))
         assert found.value < 1e-14
-        # A second one by chance is rare.
+        assert found.joints is not None
         assert np.linalg.norm(robot.jacobian(q) @ found.joints) < 1e-14
 
 
@@ -130,11 +130,13 @@ def test_value_and_directions(name: str) -> None:
         found = robot.singularity(q)
         np.testing.assert_allclose(found.value, np.linalg.svd(j, compute_uv=False)[-1], rtol=1e-9, atol=1e-14)
         if n >= 6:
+            assert found.twist is not None
             np.testing.assert_allclose(np.linalg.norm(found.twist), 1.0, rtol=1e-12)
             np.testing.assert_allclose(np.linalg.norm(found.twist @ j), found.value, rtol=1e-9, atol=1e-14)
         else:
             assert found.twist is None
         if n <= 6:
+            assert found.joints is not None
             np.testing.assert_allclose(np.linalg.norm(found.joints), 1.0, rtol=1e-12)
             np.testing.assert_allclose(np.linalg.norm(j @ found.joints), found.value, rtol=1e-9, atol=1e-14)
         else:
@@ -145,12 +147,11 @@ def test_singular_where_words_mean_nothing() -> None:
     straight = np.array([0.3, 0.5, 0.1, 0.0, 0.2, 0.0, 0.4])
     found = KUKA.singularity(straight)
     assert found.kind == "singular"
+    assert found.twist is not None
     assert KUKA.singularity(straight + 0.4).kind == "regular"
-    # Straight, the arm can not be pulled along its line.
-    reach = KUKA.link_frames(straight)[5, :3, 3] - KUKA.link_frames(straight)[1, :3, 3]
+    # With the arm straight and the wrist in line a motion of the tool is lost.
     j = np.vstack([KUKA.jacobian(straight)[:3], KUKA.jacobian(straight)[3:] / _size(KUKA)])
     np.testing.assert_allclose(found.twist @ j, 0.0, atol=1e-14)
-    assert np.linalg.norm(reach) > 0.7
 
 
 def test_tolerance_of_a_singularity() -> None:

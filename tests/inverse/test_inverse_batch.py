@@ -1,4 +1,4 @@
-"""Inverse kinematics of many poses in one call: what single calls say, pose by pose, in every form that poses come in."""
+"""Inverse kinematics of many poses in one call: what single calls say, in every form that poses come in."""
 
 from collections.abc import Callable
 from typing import Any
@@ -34,13 +34,10 @@ def _poses(robot: rd.Robot, count: int, seed: int) -> F64:
     return poses
 
 
-def _singles(robot: rd.Robot, poses: F64, near: F64 | None, asked: dict[str, Any]) -> tuple[F64, F64, F64, F64]:
+def _singles(robot: rd.Robot, poses: F64, near: F64 | None, asked: dict[str, Any]) -> tuple[Any, ...]:
     """What single calls answer, one after the other."""
     nears = [None] * len(poses) if near is None else np.broadcast_to(near, (len(poses), robot.n))
-    each = [
-        robot.inverse(pose, near=its, report=True, **asked)  # type: ignore[call-overload]
-        for pose, its in zip(poses, nears, strict=True)
-    ]
+    each = [robot.inverse(pose, near=its, report=True, **asked) for pose, its in zip(poses, nears, strict=True)]
     frame = np.repeat(np.arange(len(poses)), [len(q) for q, _, _ in each])
     q, singular, complete = zip(*each, strict=True)
     return np.concatenate(q), frame, np.concatenate(singular), np.array(complete)

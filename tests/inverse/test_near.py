@@ -1,4 +1,4 @@
-"""Postures in order of nearness: against a search over all copies in numpy, and what may be chosen stays where it is."""
+"""Postures in order of nearness: against a search over all copies in numpy; what may be chosen stays."""
 
 import itertools
 

@@ -1,5 +1,7 @@
 """Robots of seven joints: postures over the values of a joint that is held, against calls with that joint held."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import redundancy as rd
@@ -10,7 +12,7 @@ from tests.reference.chain import F64, Chain
 
 PANDA, BAXTER = rd.robots.get("panda"), rd.robots.get("baxter_left")
 SWEPT = {"panda": 4, "baxter_left": 4, "kuka_iiwa14": 4}
-"""The joint with the largest share in the self-motion of those whose holding leaves a closed form, if there are such."""
+"""Of the joints whose holding leaves a closed form, if any does, the one with the largest share in the self-motion."""
 
 
 def _share(robot: rd.Robot) -> F64:
@@ -88,12 +90,15 @@ def test_beside_held_joints() -> None:
     np.testing.assert_allclose(postures[0], q, rtol=0, atol=1e-8)
 
 
-def test_wrong_input() -> None:
-    for call in (
-        lambda: IRB120.inverse(POSE, samples=5),
-        lambda: PANDA.inverse(POSE7, samples=5, fixed={0: 0.1}),
-        lambda: PANDA.inverse(POSE7, samples=0),
-        lambda: KUKA.inverse(POSE7, samples=5, arm_angle=0.1),
-    ):
-        with pytest.raises(rd.InvalidValueError, match="samples"):
-            call()
+WRONG: list[tuple[rd.Robot, F64, dict[str, Any]]] = [
+    (IRB120, POSE, {"samples": 5}),
+    (PANDA, POSE7, {"samples": 5, "fixed": {0: 0.1}}),
+    (PANDA, POSE7, {"samples": 0}),
+    (KUKA, POSE7, {"samples": 5, "arm_angle": 0.1}),
+]
+
+
+@pytest.mark.parametrize(("robot", "pose", "asked"), WRONG)
+def test_wrong_input(robot: rd.Robot, pose: F64, asked: dict[str, Any]) -> None:
+    with pytest.raises(rd.InvalidValueError, match="samples"):
+        robot.inverse(pose, **asked)

@@ -31,9 +31,9 @@ pub(super) struct Stay {
 
 impl Stay {
     /// Any of some joints, the first ones first, while others are held.
-    pub fn in_order(joints: &[usize], fixed: &[(usize, f64)]) -> Vec<Self> {
+    pub fn in_order(joints: impl Iterator<Item = usize>, fixed: &[(usize, f64)]) -> Vec<Self> {
         let held = fixed.iter().fold(0, |bits, (joint, _)| bits | 1 << joint);
-        joints.iter().map(|&joint| Self { joint, held }).collect()
+        joints.map(|joint| Self { joint, held }).collect()
     }
 }
 

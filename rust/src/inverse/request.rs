@@ -44,6 +44,12 @@ impl Held {
         self.fixed.iter().rev().find(|(held, _)| *held == joint).map(|(_, value)| *value)
     }
 
+    /// What may be chosen in a singular posture.
+    fn stay(&self, n: usize) -> Vec<Stay> {
+        let moving: Vec<usize> = (0..n).filter(|joint| self.at(*joint).is_none()).collect();
+        Stay::in_order(order(self.inverse.structure()).iter().map(|k| moving[*k]), &self.fixed)
+    }
+
     fn solve(&self, n: usize, target: &Frame) -> Postures {
         let found = six(&self.inverse, target);
         let mut out = Postures::none(n, found.complete);
@@ -68,32 +74,24 @@ pub struct Request<'a> {
     robot: &'a Robot,
     wanted: Wanted<'a>,
     way: Way<'a>,
-    /// What may be chosen in a singular posture, in the order in which it is.
-    stay: Vec<Stay>,
 }
 
 impl<'a> Request<'a> {
     /// Of a robot with six revolute joints.
     pub fn six(inverse: &'a Inverse, wanted: Wanted<'a>) -> Self {
-        let stay = Stay::in_order(&order(inverse.structure()), &[]);
-        Self { robot: inverse.robot(), wanted, way: Way::Six(inverse), stay }
+        Self { robot: inverse.robot(), wanted, way: Way::Six(inverse) }
     }
 
     /// With the joints held that are wanted so, six revolute ones being left.
     pub fn held(robot: &'a Robot, wanted: Wanted<'a>) -> Result<Self> {
-        let held = Held::new(robot, wanted.fixed.to_vec())?;
-        let moving: Vec<usize> = (0..robot.n()).filter(|joint| held.at(*joint).is_none()).collect();
-        let stay = Stay::in_order(&order(held.inverse.structure()).map(|k| moving[k]), &held.fixed);
-        Ok(Self { robot, wanted, way: Way::Held(held), stay })
+        Ok(Self { robot, wanted, way: Way::Held(Held::new(robot, wanted.fixed.to_vec())?) })
     }
 
     /// With the plane of a seven-axis arm at an angle \[rad\].
     pub fn with_arm_angle(robot: &'a Robot, angle: f64, wanted: Wanted<'a>) -> Result<Self> {
         check_finite("arm_angle", &[angle])?;
         let arm = ArmAngle::new(robot)?;
-        // Shoulder and wrist by themselves: neither turns the plane.
-        let stay = vec![Stay { joint: 0, held: 0b111_1000 }, Stay { joint: 4, held: 0b000_1111 }];
-        Ok(Self { robot, wanted, way: Way::Plane(arm, angle), stay })
+        Ok(Self { robot, wanted, way: Way::Plane(arm, angle) })
     }
 
     /// With one joint more than six revolute ones, which is held at so many values over its range in turn ([`sweep`]).
@@ -101,9 +99,7 @@ impl<'a> Request<'a> {
         let (joint, values) = sweep::grid(robot, wanted.fixed, samples)?;
         let held = |value: &f64| Held::new(robot, [wanted.fixed, &[(joint, *value)]].concat());
         let grid = values.iter().map(held).collect::<Result<Vec<_>>>()?;
-        let moving: Vec<usize> = (0..robot.n()).filter(|i| grid[0].at(*i).is_none()).collect();
-        let stay = Stay::in_order(&order(grid[0].inverse.structure()).map(|k| moving[k]), &grid[0].fixed);
-        Ok(Self { robot, wanted, way: Way::Swept { joint, grid }, stay })
+        Ok(Self { robot, wanted, way: Way::Swept { joint, grid } })
     }
 
     /// Whether a frame may take long, so that others should not wait for it.
@@ -124,10 +120,21 @@ impl<'a> Request<'a> {
         match near {
             Some(near) => {
                 let anywhere = !matches!(self.way, Way::Plane(..));
-                Nearness { robot: self.robot, target, near, stay: &self.stay, fixed, anywhere }.order(found, inside, turns)
+                Nearness { robot: self.robot, target, near, stay: &self.stay(), fixed, anywhere }.order(found, inside, turns)
             }
             None if inside => found.within_limits(self.robot, turns, fixed),
             None => found,
+        }
+    }
+
+    /// What may be chosen in a singular posture, in the order in which it is.
+    fn stay(&self) -> Vec<Stay> {
+        match &self.way {
+            Way::Six(inverse) => Stay::in_order(order(inverse.structure()).into_iter(), &[]),
+            // Shoulder and wrist by themselves: neither turns the plane.
+            Way::Plane(..) => vec![Stay { joint: 0, held: 0b111_1000 }, Stay { joint: 4, held: 0b000_1111 }],
+            Way::Held(held) => held.stay(self.robot.n()),
+            Way::Swept { grid, .. } => grid.first().map_or(Vec::new(), |held| held.stay(self.robot.n())),
         }
     }
 

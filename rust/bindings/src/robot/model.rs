@@ -4,12 +4,11 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
-use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::inverse::{Asked, read_fixed, six};
-use crate::array::{elements, map_rows, ok, output, read_one_or_many, read_vector, vector};
+use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::results::SINGULARITY;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
@@ -451,26 +450,22 @@ impl PyRobot {
     ///
     /// Parameters
     /// ----------
-    /// q : array_like, shape (n,) or (N, n)
+    /// q : array_like, shape (n,)
     ///     Joint coordinates [rad or m].
     ///
     /// Returns
     /// -------
-    /// str or list of str
+    /// str
     ///     "none" for robots other than six revolute joints with axes 2 and 3 parallel and axes 4, 5 and 6 through a point, or with axes 2, 3 and 4
     ///     parallel and axes 5 and 6 meeting.
     ///
     /// Notes
     /// -----
     /// The words are those of Lee and Ziegler (1984), for arms with a shoulder offset those of their makers.
-    fn branch<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let n = self.robot.n();
-        let name = |q: &[f64]| ok(branch(&self.robot, q)).map(|branch| branch.map_or("none".into(), |branch| branch.to_string()));
-        let mut buffer = [0.0; MAX_JOINTS];
-        match read_one_or_many("q", q, n, &mut buffer)? {
-            None => Ok(name(&buffer[..n])?.into_bound_py_any(py)?),
-            Some(rows) => Ok(rows.chunks_exact(n).map(name).collect::<PyResult<Vec<String>>>()?.into_bound_py_any(py)?),
-        }
+    fn branch(&self, q: &Bound<'_, PyAny>) -> PyResult<String> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        Ok(ok(branch(&self.robot, &posture[..self.robot.n()]))?.map_or("none".into(), |branch| branch.to_string()))
     }
 
     /// How near a posture is to a singularity, and which one.
