@@ -92,6 +92,19 @@ def test_elbow_and_shoulder_are_where_the_words_say() -> None:
             assert words[2] == ("no flip" if np.sin(q[4]) > 0.0 else "flip")
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_words_do_not_hang_on_the_sense_of_an_axis(axis: int) -> None:
+    turn, links = np.diag([1.0, -1.0, -1.0, 1.0]), IRB2400.links.copy()
+    links[axis] = links[axis] @ turn
+    links[axis + 1] = turn @ links[axis + 1]
+    other = rd.Robot.from_links(links, IRB2400.flange, IRB2400.joints, tool=IRB2400.tool, base=IRB2400.base)
+    for q in angles(np.random.default_rng(5), 50, 6):
+        back = q.copy()
+        back[axis] *= -1.0
+        np.testing.assert_allclose(other.fk(back), IRB2400.fk(q), atol=1e-12)
+        assert other.branch(back) == IRB2400.branch(q)
+
+
 def test_branches_without_names() -> None:
     arm = random_arm(np.random.default_rng(9), "general").robot()
     assert arm.branch(Q) == "none"

@@ -50,6 +50,7 @@ pub(super) struct Nearness<'a> {
 
 impl Nearness<'_> {
     /// The postures of an answer, the nearest first; `inside` the limits if it is so wanted, each once or in all `turns`.
+    #[inline(never)]
     pub fn order(&self, mut found: Postures, inside: bool, turns: bool) -> Postures {
         if found.singular.contains(&true) {
             found = self.chosen(found);
@@ -107,13 +108,13 @@ impl Nearness<'_> {
     fn chosen(&self, mut found: Postures) -> Postures {
         let mut tried = Vec::new();
         for i in 0..found.len() {
-            let chosen = if found.singular[i] { with_capacity!(self.robot.n(), choose(self, found.row_mut(i))) } else { 0 };
+            let chosen = if found.singular[i] { choose(self, found.row_mut(i)) } else { 0 };
             if chosen != 0 && self.anywhere && !tried.contains(&chosen) {
                 tried.push(chosen);
                 let mut q = self.near.to_vec();
                 self.fixed.iter().for_each(|(joint, value)| q[*joint] = *value);
                 let held = self.stay.iter().fold(chosen, |bits, stay| bits | stay.held);
-                if with_capacity!(self.robot.n(), reaches(self, &mut q, held)) {
+                if reaches(self, &mut q, held) {
                     found.push(q, true);
                 }
             }
@@ -149,12 +150,12 @@ fn within(limits: &Limits, i: usize, angle: f64) -> f64 {
 }
 
 /// Takes one joint after the other to where the given posture has it, or as far as the tool can stay in its frame; which these are, one bit a joint.
-fn choose<const C: usize>(to: &Nearness, q: &mut [f64]) -> u32 {
+fn choose(to: &Nearness, q: &mut [f64]) -> u32 {
     let mut chosen = 0;
     for stay in to.stay {
         let (joint, held) = (stay.joint, stay.held | chosen);
         if null_joints(to.robot, q, held) >> joint & 1 == 1 {
-            slide::<C>(to, q, joint, held | 1 << joint);
+            slide(to, q, joint, held | 1 << joint);
             chosen |= 1 << joint;
         }
     }
@@ -162,7 +163,7 @@ fn choose<const C: usize>(to: &Nearness, q: &mut [f64]) -> u32 {
 }
 
 /// Moves a joint towards where the given posture has it, the others but the held ones making up for it.
-fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32) {
+fn slide(to: &Nearness, q: &mut [f64], joint: usize, held: u32) {
     let goal = nearest_turn(to.near[joint], q[joint]);
     let mut stride = STRIDE;
     while q[joint] != goal && stride >= LEAST_STRIDE {
@@ -171,7 +172,7 @@ fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32) 
         let trial = &mut buffer[..q.len()];
         trial.copy_from_slice(q);
         trial[joint] = if left.abs() <= stride { goal } else { q[joint] + stride.copysign(left) };
-        if reaches::<C>(to, trial, held) {
+        if reaches(to, trial, held) {
             q.copy_from_slice(trial);
         } else {
             stride = 0.5 * stride.min(left.abs());
@@ -180,7 +181,9 @@ fn slide<const C: usize>(to: &Nearness, q: &mut [f64], joint: usize, held: u32) 
 }
 
 /// Takes the tool to its frame, some joints held; whether it gets there.
-fn reaches<const C: usize>(to: &Nearness, q: &mut [f64], held: u32) -> bool {
+fn reaches(to: &Nearness, q: &mut [f64], held: u32) -> bool {
     let target = Target { position: to.target.origin, axis: None, frame: to.target.axes };
-    reach_holding::<C>(to.robot, None, &Task::FULL, &target, to.robot.size(), q, held, EXACT, STEPS).error <= VERIFIED
+    let size = to.robot.size();
+    let got = with_capacity!(q.len(), reach_holding(to.robot, None, &Task::FULL, &target, size, q, held, EXACT, STEPS));
+    got.error <= VERIFIED
 }

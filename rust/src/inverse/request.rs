@@ -12,10 +12,8 @@ use crate::error::{Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::robot::Robot;
 
-/// Frames that a thread takes at a time.
-const CHUNK: usize = 16;
-/// Held robots from this number on are asked on every core.
-const PARALLEL: usize = 16;
+/// Frames that a thread takes at a time, at least.
+const TOGETHER: usize = 8;
 
 /// Which postures are wanted.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,6 +34,7 @@ struct Held {
 }
 
 impl Held {
+    #[inline(never)]
     fn new(robot: &Robot, fixed: Vec<(usize, f64)>) -> Result<Self> {
         Ok(Self { inverse: Inverse::new(Arc::new(robot.with_fixed(&fixed)?))?, fixed })
     }
@@ -64,8 +63,8 @@ impl Held {
 /// How the postures are found.
 enum Way<'a> {
     Six(&'a Inverse),
-    Plane(ArmAngle, f64),
-    Held(Held),
+    Plane(Box<ArmAngle>, f64),
+    Held(Box<Held>),
     Swept { joint: usize, grid: Vec<Held> },
 }
 
@@ -84,13 +83,13 @@ impl<'a> Request<'a> {
 
     /// With the joints held that are wanted so, six revolute ones being left.
     pub fn held(robot: &'a Robot, wanted: Wanted<'a>) -> Result<Self> {
-        Ok(Self { robot, wanted, way: Way::Held(Held::new(robot, wanted.fixed.to_vec())?) })
+        Ok(Self { robot, wanted, way: Way::Held(Box::new(Held::new(robot, wanted.fixed.to_vec())?)) })
     }
 
     /// With the plane of a seven-axis arm at an angle \[rad\].
     pub fn with_arm_angle(robot: &'a Robot, angle: f64, wanted: Wanted<'a>) -> Result<Self> {
         check_finite("arm_angle", &[angle])?;
-        let arm = ArmAngle::new(robot)?;
+        let arm = Box::new(ArmAngle::new(robot)?);
         Ok(Self { robot, wanted, way: Way::Plane(arm, angle) })
     }
 
@@ -151,12 +150,7 @@ impl<'a> Request<'a> {
                 if let Some(Ok(held)) = its.map(|value| Held::new(self.robot, [self.wanted.fixed, &[(*joint, value)]].concat())) {
                     all.append(&held.solve(n, target));
                 }
-                if grid.len() < PARALLEL {
-                    grid.iter().for_each(|held| all.append(&held.solve(n, target)));
-                } else {
-                    let each: Vec<Postures> = grid.par_iter().map(|held| held.solve(n, target)).collect();
-                    each.iter().for_each(|found| all.append(found));
-                }
+                on_every_core(grid.len(), &|i| grid[i].solve(n, target)).iter().for_each(|found| all.append(found));
                 all
             }
         }
@@ -166,13 +160,9 @@ impl<'a> Request<'a> {
     pub fn solve_many(&self, targets: &[Frame], near: Option<&[f64]>) -> Batch {
         let n = self.robot.n();
         let near_of = |i: usize| near.map(|near| if near.len() == n { near } else { &near[i * n..(i + 1) * n] });
-        let answered: Vec<Vec<Postures>> = targets
-            .par_chunks(CHUNK)
-            .enumerate()
-            .map(|(k, chunk)| chunk.iter().enumerate().map(|(i, target)| self.solve(target, near_of(CHUNK * k + i))).collect())
-            .collect();
+        let answered = on_every_core(targets.len(), &|i| self.solve(&targets[i], near_of(i)));
         let mut batch = Batch { postures: Postures::none(n, true), frame: Vec::new(), complete: Vec::with_capacity(targets.len()) };
-        for (i, found) in answered.iter().flatten().enumerate() {
+        for (i, found) in answered.iter().enumerate() {
             batch.postures.append(found);
             batch.frame.extend(std::iter::repeat_n(i as i64, found.len()));
             batch.complete.push(found.complete);
@@ -190,6 +180,11 @@ pub struct Batch {
     pub frame: Vec<i64>,
     /// Of each frame, whether there are no others.
     pub complete: Vec<bool>,
+}
+
+/// So many answers, in their order whichever core gave them.
+fn on_every_core(count: usize, one: &(dyn Fn(usize) -> Postures + Sync)) -> Vec<Postures> {
+    (0..count).into_par_iter().with_min_len(TOGETHER).map(one).collect()
 }
 
 /// Those of six joints: by branch where branches have names, else in order of the joints.

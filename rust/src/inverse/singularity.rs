@@ -2,7 +2,7 @@
 
 use super::analytic::Factors;
 use crate::error::{Result, check_positive, check_vector};
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_into;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::svd::Svd;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6};
@@ -29,13 +29,17 @@ pub struct Singularity {
 }
 
 /// Columns of the Jacobian without units: linear parts over the size of the robot, sliding joints counted in sizes.
+#[inline(never)]
 fn columns(robot: &Robot, q: &[f64]) -> [Row6; MAX_JOINTS] {
-    let (size, (_, jacobian)) = (robot.size(), jacobian::<MAX_JOINTS>(robot, q));
-    std::array::from_fn(|i| {
-        let linear = if robot.joints().get(i) == Some(&Joint::Prismatic) { 1.0 } else { 1.0 / size };
-        let [a, b, c, x, y, z] = jacobian.column(i);
-        [a, b, c, linear * x, linear * y, linear * z]
-    })
+    let (n, size, mut jacobian, mut columns) = (robot.n(), robot.size(), [0.0; 6 * MAX_JOINTS], [[0.0; 6]; MAX_JOINTS]);
+    // Of as many coordinates as there are joints: never refused.
+    if jacobian_into(robot, q, &mut jacobian[..6 * n]).is_ok() {
+        for (i, column) in columns[..n].iter_mut().enumerate() {
+            let linear = if robot.joints()[i] == Joint::Prismatic { 1.0 } else { 1.0 / size };
+            *column = std::array::from_fn(|r| if r < 3 { jacobian[r * n + i] } else { linear * jacobian[r * n + i] });
+        }
+    }
+    columns
 }
 
 /// The matrix by rows.

@@ -445,8 +445,8 @@ impl PyRobot {
     /// Shoulder: "front" where the centre of the wrist (with three parallel axes: where axes 5 and 6 meet) is on the side of axis 1 on which axis 2 is,
     /// "back" on the other; where axes 1 and 2 meet, "right" on the side of z1 x z2, else "left" (a right arm lifts its wrist when joint 2 turns forward).
     /// Elbow: "up" above the line from shoulder to wrist, seen with the wrist ahead, else "down". Wrist: "no flip" where joint 5 is turned from in line
-    /// in its positive sense, ``(z5 x z4) . z6 > 0``, else "flip". Each word is the sign of a factor of det J, so that it changes at a singularity alone (where
-    /// either may be told) and the postures of one pose have different names.
+    /// in its positive sense, ``(z5 x z4) . z6 > 0``, else "flip". Axis 1 counts as pointing up, from the base to axis 2. Each word is the sign of a
+    /// factor of det J, so that it changes at a singularity alone (where either may be told) and the postures of one pose have different names.
     ///
     /// Parameters
     /// ----------

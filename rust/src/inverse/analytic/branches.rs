@@ -29,7 +29,7 @@ impl fmt::Display for Branch {
 /// The factors of the determinant, each over the largest that it could be: a distance over the size of the robot and two sines.
 #[derive(Debug, Clone, Copy)]
 pub struct Factors {
-    /// Distance of the wrist from the plane that holds axis 1 and the direction of axis 2, positive in the direction of `z1 x z2`.
+    /// Distance of the wrist from the plane that holds axis 1 and the direction of axis 2, positive in the direction of `z1 x z2`, with axis 1 pointing up.
     pub shoulder: f64,
     /// Of upper arm and forearm, about axis 2.
     pub elbow: f64,
@@ -60,7 +60,9 @@ impl Factors {
         // Of both links of the planar arm, what is across its axes.
         let flat = |v| sub(v, scale(dot(v, axis(1)), axis(1)));
         let (upper, fore) = (flat(sub(place(2), place(1))), flat(sub(if is_wrist { wrist } else { place(3) }, place(2))));
-        let ahead = cross(axis(0), axis(1));
+        // Axis 1 as it leads from the base to axis 2: makers let it point down, too.
+        let up = if links[1].origin[2] < -COINCIDENT * size { -1.0 } else { 1.0 };
+        let ahead = scale(up, cross(axis(0), axis(1)));
         let reached = norm(upper) * norm(fore);
         let front = dot(ahead, sub(place(1), place(0)));
         Some(Self {
