@@ -39,6 +39,17 @@ impl Postures {
         self.singular.push(singular);
     }
 
+    /// Makes room for so many more.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.q.reserve(count * self.n);
+        self.singular.reserve(count);
+    }
+
+    /// All numbers, and of each posture whether it is singular.
+    pub fn into_parts(self) -> (Vec<f64>, Vec<bool>) {
+        (self.q, self.singular)
+    }
+
     /// Those of another answer behind its own.
     pub fn append(&mut self, other: &Self) {
         self.q.extend_from_slice(&other.q);

@@ -12,8 +12,8 @@ use crate::error::{Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::robot::Robot;
 
-/// Frames that a thread takes at a time, at least.
-const TOGETHER: usize = 8;
+/// Frames that a thread takes at a time.
+const TOGETHER: usize = 16;
 
 /// Which postures are wanted.
 #[derive(Debug, Clone, Copy, Default)]
@@ -150,7 +150,7 @@ impl<'a> Request<'a> {
                 if let Some(Ok(held)) = its.map(|value| Held::new(self.robot, [self.wanted.fixed, &[(*joint, value)]].concat())) {
                     all.append(&held.solve(n, target));
                 }
-                on_every_core(grid.len(), &|i| grid[i].solve(n, target)).iter().for_each(|found| all.append(found));
+                all.append(&on_every_core(n, grid.len(), &|i| grid[i].solve(n, target)).postures);
                 all
             }
         }
@@ -160,14 +160,7 @@ impl<'a> Request<'a> {
     pub fn solve_many(&self, targets: &[Frame], near: Option<&[f64]>) -> Batch {
         let n = self.robot.n();
         let near_of = |i: usize| near.map(|near| if near.len() == n { near } else { &near[i * n..(i + 1) * n] });
-        let answered = on_every_core(targets.len(), &|i| self.solve(&targets[i], near_of(i)));
-        let mut batch = Batch { postures: Postures::none(n, true), frame: Vec::new(), complete: Vec::with_capacity(targets.len()) };
-        for (i, found) in answered.iter().enumerate() {
-            batch.postures.append(found);
-            batch.frame.extend(std::iter::repeat_n(i as i64, found.len()));
-            batch.complete.push(found.complete);
-        }
-        batch
+        on_every_core(n, targets.len(), &|i| self.solve(&targets[i], near_of(i)))
     }
 }
 
@@ -182,9 +175,35 @@ pub struct Batch {
     pub complete: Vec<bool>,
 }
 
-/// So many answers, in their order whichever core gave them.
-fn on_every_core(count: usize, one: &(dyn Fn(usize) -> Postures + Sync)) -> Vec<Postures> {
-    (0..count).into_par_iter().with_min_len(TOGETHER).map(one).collect()
+impl Batch {
+    fn none(n: usize) -> Self {
+        Self { postures: Postures::none(n, true), frame: Vec::new(), complete: Vec::new() }
+    }
+}
+
+/// So many answers for a robot of `n` joints, in their order whichever core gave them.
+fn on_every_core(n: usize, count: usize, one: &(dyn Fn(usize) -> Postures + Sync)) -> Batch {
+    let part = |k: usize| {
+        let mut part = Batch::none(n);
+        for i in TOGETHER * k..count.min(TOGETHER * (k + 1)) {
+            let found = one(i);
+            part.frame.extend(std::iter::repeat_n(i as i64, found.len()));
+            part.complete.push(found.complete);
+            part.postures.append(&found);
+        }
+        part
+    };
+    let parts: Vec<Batch> = (0..count.div_ceil(TOGETHER)).into_par_iter().map(part).collect();
+    let (mut whole, postures) = (Batch::none(n), parts.iter().map(|part| part.frame.len()).sum());
+    whole.postures.reserve(postures);
+    whole.frame.reserve(postures);
+    whole.complete.reserve(count);
+    for part in &parts {
+        whole.postures.append(&part.postures);
+        whole.frame.extend_from_slice(&part.frame);
+        whole.complete.extend_from_slice(&part.complete);
+    }
+    whole
 }
 
 /// Those of six joints: by branch where branches have names, else in order of the joints.

@@ -73,7 +73,7 @@ fn values(robot: &Robot, joint: usize, samples: usize) -> Result<Vec<f64>> {
     let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
     let turns = robot.joints()[joint] == Joint::Revolute;
     let steps = |low: f64, range: f64, count: usize| (0..samples).map(move |k| low + range / count as f64 * k as f64).collect();
-    if turns && !(high - low < TAU) {
+    if turns && high - low >= TAU {
         // A turn about the middle; next to a single limit.
         let start = (limits.middle(joint) - PI).max(low).min(high - TAU);
         return Ok(steps(start, TAU, samples));

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use numpy::{PyArray1, PyArrayDyn};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -71,12 +71,13 @@ impl Asked<'_, '_> {
             }
             Poses::Many(poses) => {
                 let found = py.detach(|| request.solve_many(&poses, near.as_deref()));
-                let (q, frame) = (array(py, &found.postures)?, PyArray1::from_vec(py, found.frame));
+                let (q, singular) = found.postures.into_parts();
+                let q = PyArray1::from_vec(py, q).reshape([singular.len(), robot.n()])?;
+                let frame = PyArray1::from_vec(py, found.frame);
                 if !self.report {
                     return Ok((q, frame).into_bound_py_any(py)?);
                 }
-                let singular = PyArray1::from_vec(py, found.postures.singular);
-                Ok((q, frame, singular, PyArray1::from_vec(py, found.complete)).into_bound_py_any(py)?)
+                Ok((q, frame, PyArray1::from_vec(py, singular), PyArray1::from_vec(py, found.complete)).into_bound_py_any(py)?)
             }
         }
     }
