@@ -114,6 +114,19 @@ def test_joints_4_and_6_in_line() -> None:
         np.testing.assert_allclose(solutions[singular][0], wanted, rtol=0, atol=1e-9)
 
 
+def test_a_joint_that_makes_up_stays_within_its_limits() -> None:
+    low, high = np.full(6, -2.0), np.full(6, 2.0)
+    robot, rng = IRB120.with_limits(q_min=low, q_max=high), np.random.default_rng(7)
+    for q in rng.uniform(-1.2, 1.2, (40, 6)):
+        # Where joint 4 stays, joint 6 would have to be at 2.5; at 2.0 it takes joint 4 half a radian along.
+        q[3:] = 1.0, 0.0, 1.0
+        near, pose = [*q[:3], -0.5, 0.1, 1.9], robot.fk(q)
+        best = robot.inverse(pose, near=near, limits=True)[0]
+        np.testing.assert_allclose(best, [*q[:3], 0.0, 0.0, 2.0], rtol=0, atol=1e-8)
+        assert np.abs(robot.fk(best) - pose).max() < 1e-9
+        assert ((best >= low) & (best <= high)).all()
+
+
 def test_joint_6_of_three_parallel_axes_stays() -> None:
     rng = np.random.default_rng(5)
     for q in rng.uniform(-1.2, 1.2, (40, 6)):

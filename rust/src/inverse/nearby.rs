@@ -19,6 +19,8 @@ const STEPS: usize = 40;
 const STRIDE: f64 = 0.2;
 /// Shortest one: where two branches only meet, the tool misses its frame by the square of it.
 const LEAST_STRIDE: f64 = 1e-3;
+/// How far inside its limits a joint is put \[rad\]: rounding does not take it out again.
+const INSIDE: f64 = 1e-9;
 /// Postures nearer to each other than this \[rad\] are one.
 const SAME: f64 = 1e-7;
 
@@ -53,7 +55,7 @@ impl Nearness<'_> {
     #[inline(never)]
     pub fn order(&self, mut found: Postures, inside: bool, turns: bool) -> Postures {
         if found.singular.contains(&true) {
-            found = self.chosen(found);
+            found = self.chosen(found, inside);
         }
         for i in 0..found.len() {
             self.turn(found.row_mut(i), inside);
@@ -105,10 +107,13 @@ impl Nearness<'_> {
 
     /// Singular postures with what may be chosen as near as can be to the given one, and the one of them that is found from there: another part of the
     /// continuum may be nearer. Those that are one come once.
-    fn chosen(&self, mut found: Postures) -> Postures {
+    fn chosen(&self, mut found: Postures, inside: bool) -> Postures {
         let mut tried = Vec::new();
         for i in 0..found.len() {
             let chosen = if found.singular[i] { choose(self, found.row_mut(i)) } else { 0 };
+            if chosen != 0 && inside {
+                self.pull_inside(found.row_mut(i));
+            }
             if chosen != 0 && self.anywhere && !tried.contains(&chosen) {
                 tried.push(chosen);
                 let mut q = self.near.to_vec();
@@ -126,6 +131,22 @@ impl Nearness<'_> {
             }
         }
         found.ordered(&order)
+    }
+
+    /// Takes joints that make up for a chosen one and are beyond their limits onto them, as far as may be: the chosen one goes with them.
+    fn pull_inside(&self, q: &mut [f64]) {
+        let limits = self.robot.limits();
+        let mut copy = q.to_vec();
+        self.turn(&mut copy, true);
+        for joint in 0..q.len() {
+            let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
+            let Some(stay) = self.stay.iter().find(|stay| stay.held >> joint & 1 == 0) else { continue };
+            if (copy[joint] < low || copy[joint] > high) && null_joints(self.robot, q, stay.held) >> joint & 1 == 1 {
+                let edges = [low + INSIDE, high - INSIDE].map(|edge| nearest_turn(edge, q[joint]));
+                let nearest = if (edges[0] - q[joint]).abs() < (edges[1] - q[joint]).abs() { edges[0] } else { edges[1] };
+                slide(self, q, joint, stay.held | 1 << joint, nearest);
+            }
+        }
     }
 
     /// Whether two postures are the same up to whole turns.
@@ -155,16 +176,15 @@ fn choose(to: &Nearness, q: &mut [f64]) -> u32 {
     for stay in to.stay {
         let (joint, held) = (stay.joint, stay.held | chosen);
         if null_joints(to.robot, q, held) >> joint & 1 == 1 {
-            slide(to, q, joint, held | 1 << joint);
+            slide(to, q, joint, held | 1 << joint, nearest_turn(to.near[joint], q[joint]));
             chosen |= 1 << joint;
         }
     }
     chosen
 }
 
-/// Moves a joint towards where the given posture has it, the others but the held ones making up for it.
-fn slide(to: &Nearness, q: &mut [f64], joint: usize, held: u32) {
-    let goal = nearest_turn(to.near[joint], q[joint]);
+/// Moves a joint towards a goal, the others but the held ones making up for it.
+fn slide(to: &Nearness, q: &mut [f64], joint: usize, held: u32, goal: f64) {
     let mut stride = STRIDE;
     while q[joint] != goal && stride >= LEAST_STRIDE {
         let left = goal - q[joint];
