@@ -109,6 +109,14 @@ def _with(pose: int, row: int, column: int, value: float) -> F64:
     return poses
 
 
+@pytest.mark.parametrize("far", [1e6, 1e15, 1e300])
+def test_near_a_posture_far_away(far: float) -> None:
+    in_line = IRB120.fk([0.1, 0.2, -0.3, 0.4, 0.0, 0.6])
+    for robot, pose in ((IRB120, POSE), (IRB120, in_line), (UR5E, UR5E.fk([0.1, -1.0, 1.0, 0.4, 0.0, 0.6]))):
+        for asked in ({}, {"limits": True}, {"turns": True}):
+            assert np.isfinite(robot.inverse(pose, near=np.full(6, far), **asked)).all()
+
+
 Q = np.zeros(6)
 WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "3 x 4": (lambda: IRB120.inverse(POSES[:, :3]), rd.ShapeError, r"pose.*\(12, 3, 4\).*\(N, 4, 4\)"),

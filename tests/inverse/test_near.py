@@ -127,6 +127,18 @@ def test_a_joint_that_makes_up_stays_within_its_limits() -> None:
         assert ((best >= low) & (best <= high)).all()
 
 
+def test_limits_alone_do_not_lose_a_continuum() -> None:
+    # 0 is beyond the limits of joint 4, and with it at 1.0 joint 6 would be beyond its own.
+    robot = IRB120.with_limits(q_min=[-3, -3, -3, 1.0, -3, -3.0], q_max=[3, 3, 3, 3.0, 3, 0.5])
+    for q in np.random.default_rng(8).uniform(-1.2, 1.2, (20, 6)):
+        q[3:] = 2.0, 0.0, 0.3
+        pose = robot.fk(q)
+        solutions, singular, _ = robot.inverse(pose, limits=True, report=True)
+        check_solutions(robot, pose, solutions)
+        assert ((solutions >= robot.q_min) & (solutions <= robot.q_max)).all()
+        assert distance(solutions[singular][:, :3], q[:3]).min() < 1e-9
+
+
 def test_joint_6_of_three_parallel_axes_stays() -> None:
     rng = np.random.default_rng(5)
     for q in rng.uniform(-1.2, 1.2, (40, 6)):

@@ -19,6 +19,8 @@ const STEPS: usize = 40;
 const STRIDE: f64 = 0.2;
 /// Shortest one: where two branches only meet, the tool misses its frame by the square of it.
 const LEAST_STRIDE: f64 = 1e-3;
+/// Steps along the free motion: half a turn takes a tenth of them.
+const MOST_STEPS: usize = 160;
 /// How far inside its limits a joint is put \[rad\]: rounding does not take it out again.
 const INSIDE: f64 = 1e-9;
 /// Postures nearer to each other than this \[rad\] are one.
@@ -133,12 +135,12 @@ impl Nearness<'_> {
         found.ordered(&order)
     }
 
-    /// Takes joints that make up for a chosen one and are beyond their limits onto them, as far as may be: the chosen one goes with them.
-    fn pull_inside(&self, q: &mut [f64]) {
+    /// Takes joints that may be chosen, or make up for such a one, and are beyond their limits onto them, as far as may be; the others go with them.
+    pub fn pull_inside(&self, q: &mut [f64]) {
         let limits = self.robot.limits();
-        let mut copy = q.to_vec();
-        self.turn(&mut copy, true);
         for joint in 0..q.len() {
+            let mut copy = q.to_vec();
+            self.turn(&mut copy, true);
             let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
             let Some(stay) = self.stay.iter().find(|stay| stay.held >> joint & 1 == 0) else { continue };
             if (copy[joint] < low || copy[joint] > high) && null_joints(self.robot, q, stay.held) >> joint & 1 == 1 {
@@ -147,6 +149,7 @@ impl Nearness<'_> {
                 slide(self, q, joint, stay.held | 1 << joint, nearest);
             }
         }
+        self.turn(q, true);
     }
 
     /// Whether two postures are the same up to whole turns.
@@ -186,7 +189,10 @@ fn choose(to: &Nearness, q: &mut [f64]) -> u32 {
 /// Moves a joint towards a goal, the others but the held ones making up for it.
 fn slide(to: &Nearness, q: &mut [f64], joint: usize, held: u32, goal: f64) {
     let mut stride = STRIDE;
-    while q[joint] != goal && stride >= LEAST_STRIDE {
+    for _ in 0..MOST_STEPS {
+        if q[joint] == goal || stride < LEAST_STRIDE {
+            return;
+        }
         let left = goal - q[joint];
         let mut buffer = [0.0; MAX_JOINTS];
         let trial = &mut buffer[..q.len()];

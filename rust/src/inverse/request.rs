@@ -8,7 +8,7 @@ use super::analytic::{ArmAngle, Inverse, Structure};
 use super::nearby::{Nearness, Stay};
 use super::postures::Postures;
 use super::sweep;
-use crate::error::{Result, check_finite};
+use crate::error::{Result, check_finite, check_vector};
 use crate::linalg::frame::Frame;
 use crate::robot::Robot;
 
@@ -112,18 +112,28 @@ impl<'a> Request<'a> {
     }
 
     /// All postures for a frame; in order of their nearness to the posture `near` if there is one, with what may be chosen as it has it.
-    pub fn solve(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
-        let found = self.found(target, near);
+    pub fn solve(&self, target: &Frame, near: Option<&[f64]>) -> Result<Postures> {
+        near.map_or(Ok(()), |near| check_vector("near", near, self.robot.n()))?;
+        Ok(self.answer(target, near))
+    }
+
+    fn answer(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
+        let mut found = self.found(target, near);
         let Wanted { fixed, limits, turns } = self.wanted;
         let inside = limits || turns;
-        match near {
-            Some(near) => {
-                let anywhere = !matches!(self.way, Way::Plane(..));
-                Nearness { robot: self.robot, target, near, stay: &self.stay(), fixed, anywhere }.order(found, inside, turns)
-            }
-            None if inside => found.within_limits(self.robot, turns, fixed),
-            None => found,
+        if near.is_none() && !inside {
+            return found;
         }
+        let (stay, anywhere) = (self.stay(), !matches!(self.way, Way::Plane(..)));
+        let nearness = Nearness { robot: self.robot, target, near: near.unwrap_or_default(), stay: &stay, fixed, anywhere };
+        if near.is_some() {
+            return nearness.order(found, inside, turns);
+        }
+        for i in (0..found.len()).filter(|i| found.singular[*i]).collect::<Vec<_>>() {
+            let given = found.row(i).to_vec();
+            Nearness { near: &given, ..nearness }.pull_inside(found.row_mut(i));
+        }
+        found.within_limits(self.robot, turns, fixed)
     }
 
     /// What may be chosen in a singular posture, in the order in which it is.
@@ -157,10 +167,14 @@ impl<'a> Request<'a> {
     }
 
     /// The same of many frames, on every core; `near` holds one posture for all of them or one for each.
-    pub fn solve_many(&self, targets: &[Frame], near: Option<&[f64]>) -> Batch {
+    pub fn solve_many(&self, targets: &[Frame], near: Option<&[f64]>) -> Result<Batch> {
         let n = self.robot.n();
+        if let Some(near) = near {
+            let each = if near.len() == n { n } else { n * targets.len() };
+            check_vector("near", near, each)?;
+        }
         let near_of = |i: usize| near.map(|near| if near.len() == n { near } else { &near[i * n..(i + 1) * n] });
-        on_every_core(n, targets.len(), &|i| self.solve(&targets[i], near_of(i)))
+        Ok(on_every_core(n, targets.len(), &|i| self.answer(&targets[i], near_of(i))))
     }
 }
 

@@ -62,7 +62,7 @@ impl Asked<'_, '_> {
         match poses {
             Poses::One(pose) => {
                 let solve = || request.solve(&pose, near.as_deref());
-                let found = if request.is_slow() { py.detach(solve) } else { solve() };
+                let found = if request.is_slow() { py.detach(solve) } else { solve() }?;
                 let q = array(py, &found)?;
                 if !self.report {
                     return Ok(q.into_any());
@@ -70,7 +70,7 @@ impl Asked<'_, '_> {
                 Ok((q, PyArray1::from_vec(py, found.singular), found.complete).into_bound_py_any(py)?)
             }
             Poses::Many(poses) => {
-                let found = py.detach(|| request.solve_many(&poses, near.as_deref()));
+                let found = py.detach(|| request.solve_many(&poses, near.as_deref()))?;
                 let (q, singular) = found.postures.into_parts();
                 let q = PyArray1::from_vec(py, q).reshape([singular.len(), robot.n()])?;
                 let frame = PyArray1::from_vec(py, found.frame);

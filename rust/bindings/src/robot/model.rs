@@ -409,7 +409,8 @@ impl PyRobot {
     /// frame : ndarray of int, shape (K,)
     ///     With many poses: the number of the pose of each posture, counted from 0.
     /// singular : ndarray of bool, shape (k,)
-    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then).
+    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then; with
+    ///     ``limits`` as near to it as these let).
     /// complete : bool
     ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination). With many poses (N,), one each.
     ///
