@@ -96,10 +96,8 @@ impl Nearness<'_> {
     fn nearest_copies(&self, found: &Postures) -> Postures {
         let mut kept = Postures::none(found.n(), found.complete);
         for i in 0..found.len() {
-            let mut copies = found.ordered(&[i]).within_limits(self.robot, false, self.fixed);
-            if copies.is_empty() {
-                copies = found.ordered(&[i]).within_limits(self.robot, true, self.fixed);
-            }
+            let turns = !self.robot.limits().contain(found.row(i));
+            let copies = found.ordered(&[i]).within_limits(self.robot, turns, self.fixed);
             if let Some(nearest) = copies.rows().min_by(|a, b| self.distance(a).total_cmp(&self.distance(b))) {
                 kept.push(nearest.iter().copied(), found.singular[i]);
             }
