@@ -11,8 +11,6 @@ use crate::task::{Target, Task};
 
 /// Error of a posture that counts as on target [rad, m].
 pub const ON_TARGET: f64 = 1e-9;
-/// How far a posture may be beyond a limit, by rounding, and still count as within [rad or m].
-const BEYOND: f64 = 1e-9;
 /// Relative difference of values that count as the same.
 const TIE: f64 = 1e-9;
 /// Difference of squared distances from the middle of the ranges that counts as none [rad^2].
@@ -180,7 +178,7 @@ pub trait Resolver: Sync {
             }
             let mut solution = self.solve(target, &q[..n]);
             robot.turn(&mut solution.q[..n]);
-            let inside = !self.keeps_limits() || robot.limits().margin(&solution.q[..n]) >= -BEYOND;
+            let inside = !self.keeps_limits() || robot.limits().settle(&mut solution.q[..n]);
             let good = solution.status != SolveStatus::Unreachable && inside;
             if good && best.as_ref().is_none_or(|best| prefers(robot, &solution, best)) {
                 best = Some(solution);
