@@ -81,8 +81,8 @@ impl Postures {
     pub fn within_limits(&self, robot: &Robot, turns: bool, fixed: &[(usize, f64)]) -> Self {
         let mut kept = Self { n: self.n, q: Vec::new(), singular: Vec::new(), complete: self.complete };
         let is_turning = |i: usize| {
-            let (low, high) = robot.limits().range(i);
-            turns && i < self.n && low.is_finite() && high.is_finite() && !fixed.iter().any(|(joint, _)| *joint == i)
+            let is_bounded = |(low, high): (f64, f64)| low.is_finite() && high.is_finite();
+            turns && i < self.n && is_bounded(robot.limits().range(i)) && !fixed.iter().any(|(joint, _)| *joint == i)
         };
         let turning: [bool; MAX_JOINTS] = std::array::from_fn(is_turning);
         for (row, flag) in self.rows().zip(&self.singular) {

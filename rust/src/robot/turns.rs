@@ -10,7 +10,7 @@ const AROUND: f64 = 1.5;
 
 impl Robot {
     /// Takes revolute joints by whole turns to where their limits want them ([`super::Limits::turned`]): the same posture. Where a limit on a combination does not
-    /// hold there, to the copy within all limits that is nearest to the middle, if there is one.
+    /// hold there, to the copy within all limits that is nearest to the middle, if there is one. Coordinates that are on a limit are put onto it.
     pub fn turn(&self, q: &mut [f64]) {
         for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
             if *joint == Joint::Revolute {
@@ -18,6 +18,7 @@ impl Robot {
             }
         }
         self.turn_together(q, &[]);
+        self.limits.settle(q);
     }
 
     /// The second part of [`Robot::turn`], but for joints that are held.

@@ -1,5 +1,6 @@
 //! The programme of a tick, and how it ended.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::general::{General, combined, twists_of};
@@ -175,6 +176,12 @@ impl QuadraticSolver {
         if self.settings.limits { self.robot.limits().coupled.len() } else { 0 }
     }
 
+    /// Their rows: the last of those that have to hold.
+    #[inline(always)]
+    fn combinations_in(&self, hard: usize) -> Range<usize> {
+        hard - self.combinations()..hard
+    }
+
     #[inline(always)]
     fn cost_of_rates<const C: usize>(&self, n: usize) -> Cost<C> {
         let mut cost = Cost::of_rates(&self.settings.rate_weights[..n]);
@@ -313,7 +320,7 @@ impl QuadraticSolver {
         }
         let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
-        Answer { x: found.x, held: held(&found), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+        Answer { x: found.x, held: held(&found, self.combinations_in(hard)), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
     }
 
     #[cold]
@@ -351,7 +358,7 @@ impl QuadraticSolver {
         } else {
             memory.keep(&found.active);
         }
-        Answer { x: found.x, held: held(&found), infeasible, beyond_deviation, without_index, changes: found.changes }
+        Answer { x: found.x, held: held(&found, self.combinations_in(hard)), infeasible, beyond_deviation, without_index, changes: found.changes }
     }
 
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
@@ -390,9 +397,13 @@ struct Answer<const C: usize> {
     changes: usize,
 }
 
-/// Whether a bound takes something from the rates: what merely touches one would go no further without it.
-fn held<const C: usize>(found: &Minimum<C>) -> bool {
-    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
+/// Whether a bound, or one of some rows, takes something from the rates: what merely touches one would go no further without it.
+fn held<const C: usize>(found: &Minimum<C>, rows: Range<usize>) -> bool {
+    let counts = |place: &Place| match place {
+        Place::Bound(_) => true,
+        Place::Row(k) => rows.contains(k),
+    };
+    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| counts(&item.place) && *force != 0.0)
 }
 
 /// Whether what is left of a component is rounding of the sum that it is left from.
