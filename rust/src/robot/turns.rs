@@ -51,8 +51,11 @@ impl Robot {
     /// The coordinates that a joint is looked at in: what all limits leave it, no more than a few turns where that has no end.
     pub fn span(&self, i: usize) -> (f64, f64) {
         let (low, high) = self.limits.range(i);
-        let middle = 0f64.clamp(low, high.max(low));
-        (low.max(high.min(middle + AROUND * TAU) - 2.0 * AROUND * TAU), high.min(low.max(middle - AROUND * TAU) + 2.0 * AROUND * TAU))
+        if low.is_finite() && high.is_finite() {
+            return (low, high);
+        }
+        let middle = 0f64.max(low).min(high);
+        (low.max(middle - AROUND * TAU), high.min(middle + AROUND * TAU))
     }
 
     /// Calls `each` with every copy of a posture within the limits, put onto those that it is on; revolute joints that are `turning` are tried in every whole
