@@ -11,8 +11,8 @@ const RETURN_SHARE: f64 = 0.25;
 const RETURN_SPEED: f64 = 0.5;
 /// Part of the acceleration of its joints together that a combination brakes with: the rest is for what they do beside.
 const BRAKES: f64 = 0.5;
-/// Part of the greatest rate within the bounds of joints that a combination which comes back has at most.
-const FEASIBLE: f64 = 0.5;
+/// Part of the greatest rate within the bounds of joints that a combination which comes back has at most: the rest is for rounding.
+const FEASIBLE: f64 = 0.999;
 
 /// How far a joint at `q` is beyond a limit, above zero beyond the upper and below zero beyond the lower one; zero within, and for numbers that
 /// are not finite.
@@ -76,8 +76,9 @@ fn coupled_interval(
     let towards = |i: usize| if (row[i] > 0.0) == (by > 0.0) { -row[i].abs() * low[i] } else { row[i].abs() * high[i] };
     let speed = sum(&|i| row[i].abs() * limits.qd_max[i]);
     let (slowest, fast) = returning(by, speed, dt, None, slowest, fast);
-    let free = FEASIBLE * sum(&towards).max(0.0);
-    if by > 0.0 { (slowest, fast.max(-free), true) } else { (slowest.min(free), fast, true) }
+    let free = sum(&towards);
+    let free = if free > 0.0 { FEASIBLE * free } else { free };
+    if by > 0.0 { (slowest.min(-free), fast.max(-free), true) } else { (slowest.min(free), fast.max(free), true) }
 }
 
 /// Least and greatest rates of all joints at `q` within limits of position and speed, never empty: a joint never crosses a position limit within the

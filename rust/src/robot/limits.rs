@@ -121,10 +121,23 @@ impl Limits {
     pub fn turned(&self, i: usize, angle: f64) -> f64 {
         let middle = self.middle_and_half(i).map_or(0.0, |(middle, _)| middle);
         let near = nearest_turn(angle, middle);
-        match (self.q_min[i].is_finite(), self.q_max[i].is_finite()) {
-            (true, false) if near < self.q_min[i] - AT_LIMIT => near + TAU * ((self.q_min[i] - AT_LIMIT - near) / TAU).ceil(),
-            (false, true) if near > self.q_max[i] + AT_LIMIT => near - TAU * ((near - self.q_max[i] - AT_LIMIT) / TAU).ceil(),
-            _ => near,
+        if self.is_bounded(i) { near } else { self.brought_back(i, near) }
+    }
+
+    /// An angle of joint `i` by whole turns nearest to another, of those within its limits or on one; as little beyond the far one as can be where there are none.
+    pub fn turned_near(&self, i: usize, angle: f64, near: f64) -> f64 {
+        self.brought_back(i, nearest_turn(angle, near))
+    }
+
+    /// As many whole turns as bring an angle back from beyond a limit.
+    #[inline(always)]
+    fn brought_back(&self, i: usize, angle: f64) -> f64 {
+        if angle < self.q_min[i] - AT_LIMIT {
+            angle + TAU * ((self.q_min[i] - AT_LIMIT - angle) / TAU).ceil()
+        } else if angle > self.q_max[i] + AT_LIMIT {
+            angle - TAU * ((angle - self.q_max[i] - AT_LIMIT) / TAU).ceil()
+        } else {
+            angle
         }
     }
 

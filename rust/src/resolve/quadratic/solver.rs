@@ -225,8 +225,8 @@ impl QuadraticSolver {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
         }
-        if self.combinations() > 0 {
-            // Where rows exclude each other those of the tick have given way no less than limits.
+        if answer.infeasible && self.combinations() > 0 {
+            // Rows that exclude each other, or accelerations, give way to limits of position.
             keep_combinations(&self.robot, &self.task, self.settings.length, programme.tick.q, programme.dt, &mut rates[..n]);
         }
         if self.general.is_some() {
