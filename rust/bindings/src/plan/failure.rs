@@ -86,7 +86,8 @@ impl PyPlanFailure {
     }
 
     fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>) {
-        let slides = self.failure.joint.as_ref().is_some_and(|joint| joint.slides);
-        (self.point(), self.cause(), self.joint(), self.excess(), slides, self.combination())
+        let joint = self.failure.joint.as_ref();
+        let slides = joint.is_some_and(|joint| joint.slides);
+        (self.point(), self.cause(), joint.map(|joint| joint.number), self.excess(), slides, self.combination())
     }
 }

@@ -1,6 +1,7 @@
 //! The orthogonal SQP as an object: its settings and its closed-loop rate step.
 
 mod constraint;
+mod pressed;
 pub(crate) mod reduce;
 mod solve;
 mod step;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::reduce::Turning;
+use super::pressed::pressed;
 use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
@@ -174,7 +175,13 @@ impl OrthogonalSqp {
         }
         let bounds = Bounds { low, high, rows, radius: RADIUS, gain: 1.0 };
         let step = newton_step(&known, &bounds);
-        if step.held == 0 { step } else { holding(&known, &bounds, step) }
+        let hold = |known: &Known<'_, C>, bounds: &Bounds<'_, C>, step: NewtonStep<C>| {
+            if step.held == 0 { step } else { holding(known, bounds, step) }
+        };
+        if rows.is_empty() {
+            return hold(&known, &bounds, step);
+        }
+        pressed(&known, &bounds, step, |known, bounds| hold(known, bounds, newton_step(known, bounds)))
     }
 
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
