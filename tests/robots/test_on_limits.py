@@ -1,4 +1,4 @@
-"""One rule for limits: postures exactly on a limit, next to it by rounding, whole turns away; every method has the same verdict."""
+"""One rule for limits: postures on a limit, off it by rounding, whole turns away have one verdict everywhere."""
 
 from typing import Any
 

@@ -83,7 +83,7 @@ class Trajectory:
 
     @property
     def margins(self) -> F64:
-        """Distances of joints to their nearer position limits [rad or m], shape (N, n); negative beyond, inf without."""
+        """Distances of joints to their nearer limits [rad or m], shape (N, n); negative beyond, inf without one."""
         margins: F64 = np.minimum(self.q - self.robot.q_min, self.robot.q_max - self.q)
         return margins
 

@@ -93,7 +93,9 @@ impl Constraint {
     pub fn slack<const C: usize>(&self, problem: &PathProblem, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
         match self.kind {
             Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
-            Kind::Combination => self.bound - self.sign * problem.robot.limits().coupled[self.joint].value(&q[self.point]) + common.widening,
+            Kind::Combination => {
+                self.bound - self.sign * problem.robot.limits().coupled[self.joint].value(&q[self.point]) + common.widening
+            }
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Spin => self.bound - self.sign * problem.spin(self.point, &q[self.point]) + common.widening,
             Kind::Value => common.ceiling - values[self.point],

@@ -6,10 +6,10 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::bound::least_value;
+use super::failure::Limited;
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
-use super::failure::Limited;
 use super::lattice::{Cause, Cells, Lattice, wide_joints};
 use super::numbers::{interpolated, sum};
 use super::path::point_weights;

@@ -15,9 +15,9 @@ use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::{MAX_JOINTS, size};
 use crate::linalg::vector::{Vec3, dot, norm, sub};
 use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
 

@@ -207,7 +207,13 @@ mod tests {
 
     #[test]
     fn a_joint_without_limits_or_with_numbers_that_are_none_is_not_taken_back() {
-        let open = Limits { q_min: vec![f64::NAN], q_max: vec![f64::INFINITY], qd_max: vec![f64::INFINITY], qdd_max: vec![f64::NAN], coupled: Vec::new() };
+        let open = Limits {
+            q_min: vec![f64::NAN],
+            q_max: vec![f64::INFINITY],
+            qd_max: vec![f64::INFINITY],
+            qdd_max: vec![f64::NAN],
+            coupled: Vec::new(),
+        };
         for q in [0.0, 1e300, f64::INFINITY, f64::NAN] {
             assert_eq!(beyond(&open, 0, q), 0.0);
             let (low, high, _) = rate_interval(&open, 0, q, 1e-3, Some(0.0));

@@ -29,7 +29,11 @@ impl Combination {
         }
         if !(self.low < self.high) || (self.low.is_infinite() && self.high.is_infinite()) {
             let given = format!("{} to {}", self.low, self.high);
-            return Err(Error::value(&format!("{name}, the limits of {self}"), given, "a lower limit below the upper one, one of them finite"));
+            return Err(Error::value(
+                &format!("{name}, the limits of {self}"),
+                given,
+                "a lower limit below the upper one, one of them finite",
+            ));
         }
         Ok(())
     }

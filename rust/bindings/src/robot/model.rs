@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
-use pyo3::prelude::*;
 use pyo3::basic::CompareOp;
+use pyo3::prelude::*;
 
 use pyo3::types::{PyDict, PyList};
 

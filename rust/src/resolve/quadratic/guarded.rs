@@ -114,4 +114,7 @@ fn tighten(damper: Damper, pairs: &[Proximity], there: &[Proximity], dt: f64, ro
     tightened
 }
 
-const _: () = assert!(MAX_OWN_ROWS + MAX_NEAR + MAX_COMBINATIONS + 6 <= MAX_ROWS, "rows of a tick, of near pairs, of combinations and of the deviation");
+const _: () = assert!(
+    MAX_OWN_ROWS + MAX_NEAR + MAX_COMBINATIONS + 6 <= MAX_ROWS,
+    "rows of a tick, of near pairs, of combinations and of the deviation"
+);

@@ -320,7 +320,14 @@ impl QuadraticSolver {
         }
         let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
-        Answer { x: found.x, held: held(&found, self.combinations_in(hard)), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+        Answer {
+            x: found.x,
+            held: held(&found, self.combinations_in(hard)),
+            infeasible: false,
+            beyond_deviation: false,
+            without_index: None,
+            changes: found.changes,
+        }
     }
 
     #[cold]
@@ -358,7 +365,14 @@ impl QuadraticSolver {
         } else {
             memory.keep(&found.active);
         }
-        Answer { x: found.x, held: held(&found, self.combinations_in(hard)), infeasible, beyond_deviation, without_index, changes: found.changes }
+        Answer {
+            x: found.x,
+            held: held(&found, self.combinations_in(hard)),
+            infeasible,
+            beyond_deviation,
+            without_index,
+            changes: found.changes,
+        }
     }
 
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.

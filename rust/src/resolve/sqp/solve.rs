@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::reduce::Turning;
 use super::pressed::pressed;
+use super::reduce::Turning;
 use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
 use crate::index::sized::Evaluation;

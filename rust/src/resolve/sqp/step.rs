@@ -282,7 +282,11 @@ fn many_freedoms<const C: usize, const W: usize>(
         }
     }
     let (mut few, mut many) = ([DenseRow::OPEN; W], None);
-    let rows = if bounds.rows.is_empty() { &mut few[..n] } else { &mut many.insert([DenseRow::OPEN; MAX_JOINTS + MAX_COMBINATIONS])[..n + bounds.rows.len()] };
+    let rows = if bounds.rows.is_empty() {
+        &mut few[..n]
+    } else {
+        &mut many.insert([DenseRow::OPEN; MAX_JOINTS + MAX_COMBINATIONS])[..n + bounds.rows.len()]
+    };
     for i in 0..n {
         for b in 0..r {
             rows[i].a[b] = reduced.basis[b][i];
