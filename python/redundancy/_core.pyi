@@ -1,6 +1,6 @@
 """Types of the compiled core. Shapes are in the docstrings of the classes themselves."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeAlias, final, overload
 
@@ -127,6 +127,7 @@ class Robot:
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
     @staticmethod
     def from_urdf(
@@ -144,6 +145,7 @@ class Robot:
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
     @property
     def n(self) -> int: ...
@@ -183,7 +185,12 @@ class Robot:
         q_max: ArrayLike | None = None,
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
+    @property
+    def coupled_limits(self) -> list[tuple[dict[int, float], float, float]]: ...
+    def within_limits(self, q: ArrayLike) -> NDArray[np.bool_]: ...
+    def limit_margin(self, q: ArrayLike) -> _F64: ...
     def with_name(self, name: str) -> Robot: ...
     def with_fixed(self, fixed: dict[int, float]) -> Robot: ...
     @property
@@ -855,7 +862,13 @@ class PlanSettings:
 @final
 class PlanFailure:
     def __new__(
-        cls, point: int, cause: str, joint: int | None = None, excess: float = ..., slides: bool = False
+        cls,
+        point: int,
+        cause: str,
+        joint: int | None = None,
+        excess: float = ...,
+        slides: bool = False,
+        combination: str | None = None,
     ) -> Self: ...
     @property
     def point(self) -> int: ...
@@ -863,6 +876,8 @@ class PlanFailure:
     def cause(self) -> str: ...
     @property
     def joint(self) -> int | None: ...
+    @property
+    def combination(self) -> str | None: ...
     @property
     def excess(self) -> float: ...
 

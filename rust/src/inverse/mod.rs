@@ -1,6 +1,7 @@
 //! Inverse position: postures that fulfil a task.
 
 mod analytic;
+mod coupled;
 mod general;
 mod nearby;
 mod newton;

@@ -5,7 +5,7 @@ use super::postures::Postures;
 use super::singularity::null_joints;
 use crate::linalg::frame::Frame;
 use crate::linalg::{MAX_JOINTS, with_capacity};
-use crate::robot::{Joint, Limits, Robot, nearest_turn};
+use crate::robot::{AT_LIMIT, Joint, Limits, Robot, nearest_turn};
 use crate::task::{Target, Task};
 use std::f64::consts::TAU;
 
@@ -162,10 +162,10 @@ impl Nearness<'_> {
 /// An angle by whole turns to where it is within the limits of joint `i`, if it is beyond.
 fn within(limits: &Limits, i: usize, angle: f64) -> f64 {
     let (low, high) = (limits.q_min[i], limits.q_max[i]);
-    if angle < low {
-        angle + TAU * ((low - angle) / TAU).ceil()
-    } else if angle > high {
-        angle - TAU * ((angle - high) / TAU).ceil()
+    if angle < low - AT_LIMIT {
+        angle + TAU * ((low - AT_LIMIT - angle) / TAU).ceil()
+    } else if angle > high + AT_LIMIT {
+        angle - TAU * ((angle - high - AT_LIMIT) / TAU).ceil()
     } else {
         angle
     }

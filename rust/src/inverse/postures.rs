@@ -2,8 +2,7 @@
 
 use super::analytic::Solutions;
 use crate::linalg::MAX_JOINTS;
-use crate::robot::{Joint, Limits, Robot};
-use std::f64::consts::TAU;
+use crate::robot::Robot;
 
 /// Postures of a robot, one after the other.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,42 +108,25 @@ impl Postures {
         self.q.chunks_exact(self.n)
     }
 
-    /// Those within the limits of the robot that they are of; with `turns`, a posture in all whole turns that the limits let its joints make,
-    /// except those that are held.
+    /// Those within the limits of the robot that they are of, put onto limits that they are on; with `turns`, a posture in all whole turns that the limits
+    /// let its joints make, except those that are held.
     pub fn within_limits(&self, robot: &Robot, turns: bool, fixed: &[(usize, f64)]) -> Self {
         let mut kept = Self { n: self.n, q: Vec::new(), singular: Vec::new(), complete: self.complete };
-        let turning: Vec<bool> = (0..self.n)
-            .map(|i| {
-                let held = fixed.iter().any(|(joint, _)| *joint == i);
-                turns && !held && robot.joints()[i] == Joint::Revolute && robot.limits().is_bounded(i)
-            })
-            .collect();
+        let is_turning = |i: usize| {
+            let is_bounded = |(low, high): (f64, f64)| low.is_finite() && high.is_finite();
+            turns && i < self.n && is_bounded(robot.limits().range(i)) && !fixed.iter().any(|(joint, _)| *joint == i)
+        };
+        let turning: [bool; MAX_JOINTS] = std::array::from_fn(is_turning);
         for (row, flag) in self.rows().zip(&self.singular) {
             let mut buffer = [0.0; MAX_JOINTS];
-            buffer[..self.n].copy_from_slice(row);
-            each_turn(robot.limits(), &turning, &mut buffer[..self.n], 0, &mut |row| {
+            let copy = &mut buffer[..self.n];
+            copy.copy_from_slice(row);
+            robot.turn_together(copy, fixed);
+            robot.each_turn(copy, &turning, &mut |row| {
                 kept.q.extend_from_slice(row);
                 kept.singular.push(*flag);
             });
         }
         kept
     }
-}
-
-/// Calls `each` with the posture if it is within the limits; joints from `joint` on that are `turning` in every whole turn.
-fn each_turn(limits: &Limits, turning: &[bool], row: &mut [f64], joint: usize, each: &mut impl FnMut(&[f64])) {
-    if joint == row.len() {
-        return each(row);
-    }
-    let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
-    let given = row[joint];
-    let first = if turning[joint] { given + TAU * ((low - given) / TAU).ceil() } else { given };
-    let copies = if turning[joint] { ((high - first) / TAU).floor() + 1.0 } else { 1.0 };
-    for copy in 0..copies.max(0.0) as usize {
-        row[joint] = first + TAU * copy as f64;
-        if row[joint] >= low && row[joint] <= high {
-            each_turn(limits, turning, row, joint + 1, each);
-        }
-    }
-    row[joint] = given;
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::failure::Limited;
 use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
@@ -13,10 +14,7 @@ use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::Vec3;
-use crate::robot::{Joint, Robot};
-
-/// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
-pub const LIMIT_MARGIN: f64 = 1e-7;
+use crate::robot::{AT_LIMIT, Joint, Robot};
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -263,7 +261,8 @@ impl Lattice {
                     let cell = start + slot;
                     let row = &mut q[cell * n..(cell + 1) * n];
                     slice.expand(&found, k, row);
-                    if !self.limits || self.robot.limits().margin(row) >= LIMIT_MARGIN {
+                    self.robot.turn_together(row, &slice.held);
+                    if !self.limits || self.robot.limits().settle(row) {
                         cause[cell] = Cause::Feasible as u8;
                         feasible.push(cell);
                     } else {
@@ -340,11 +339,11 @@ impl Lattice {
         feasible.extend((0..cause.len()).filter(|&cell| cause[cell] == Cause::Feasible as u8));
     }
 
-    /// The joint that keeps point `i` from being feasible, if its limit is what does: the one that is least beyond it over all postures, with
-    /// how far [rad or m].
-    pub fn nearest_to_limits(&self, i: usize) -> Option<(usize, f64)> {
+    /// What keeps point `i` from being feasible, if a limit is what does: the one that the posture least beyond limits is farthest beyond, with how far
+    /// [rad or m].
+    pub fn nearest_to_limits(&self, i: usize) -> Option<(Limited, f64)> {
         let limits = self.robot.limits();
-        let mut best: Option<(usize, f64)> = None;
+        let mut best: Option<(Limited, f64)> = None;
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
             for turn in &self.turns {
@@ -352,15 +351,14 @@ impl Lattice {
                 for k in 0..found.count {
                     let row = &mut row[..self.robot.n()];
                     slice.expand(&found, k, row);
-                    let (mut joint, mut beyond) = (0, f64::NEG_INFINITY);
-                    for (j, x) in row.iter().enumerate() {
-                        let over = (limits.q_min[j] - x).max(x - limits.q_max[j]);
-                        if over > beyond {
-                            (joint, beyond) = (j, over);
-                        }
-                    }
-                    if best.is_none_or(|(_, least)| beyond < least) {
-                        best = Some((joint, beyond));
+                    self.robot.turn_together(row, &slice.held);
+                    let alone = row.iter().enumerate().map(|(j, x)| (Limited::Joint(j), (limits.q_min[j] - x).max(x - limits.q_max[j])));
+                    let together = limits.coupled.iter().enumerate().map(|(k, it)| (Limited::Combination(k), -it.margin(row)));
+                    let beyond = alone.chain(together).reduce(|a, b| if b.1 > a.1 { b } else { a });
+                    if let Some(beyond) = beyond
+                        && best.is_none_or(|(_, least)| beyond.1 < least)
+                    {
+                        best = Some(beyond);
                     }
                 }
             }
@@ -390,5 +388,5 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Which joints turn far enough to come round to the same place: their whole turns are decided for the path as a whole.
 pub fn wide_joints(robot: &Robot, limits: bool) -> Vec<bool> {
     let range = |i: usize| robot.limits().q_max[i] - robot.limits().q_min[i];
-    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU + 2.0 * LIMIT_MARGIN)).collect()
+    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU - 2.0 * AT_LIMIT)).collect()
 }

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::bound::least_value;
+use super::failure::Limited;
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
@@ -125,8 +126,8 @@ impl<'a> Layers<'a> {
         Cause::ALL.get(usize::from(*worst)).copied()
     }
 
-    /// The joint that is least beyond its limit at a point, and by how much.
-    pub fn nearest_to_limits(&self, point: usize) -> Option<(usize, f64)> {
+    /// What is least beyond its limit at a point, and by how much.
+    pub fn nearest_to_limits(&self, point: usize) -> Option<(Limited, f64)> {
         self.lattice.nearest_to_limits(point)
     }
 
@@ -190,6 +191,22 @@ impl<'a> Layers<'a> {
                 graph.q[at * n..(at + 1) * n].copy_from_slice(&known.q[i * n..(i + 1) * n]);
             }
         }
+        self.with_coupled_turns(graph)
+    }
+
+    /// Where limits on combinations hold, whole turns of their joints tell postures apart: each is a branch of its own from the start.
+    fn with_coupled_turns(&self, mut graph: Graph) -> Graph {
+        let (robot, limits) = (&self.problem.robot, self.problem.robot.limits());
+        if !self.problem.limits || limits.coupled.is_empty() {
+            return graph;
+        }
+        for joint in (0..robot.n()).filter(|&joint| limits.coupled.iter().any(|combination| combination.row[joint] != 0.0)) {
+            if graph.wide[joint] {
+                let (low, high) = robot.span(joint);
+                graph = graph.with_turns(joint, low, high);
+            }
+        }
+        graph.close_beyond(limits);
         graph
     }
 

@@ -15,9 +15,9 @@ use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::size;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
 use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
 
@@ -232,6 +232,22 @@ impl PathProblem {
             q.chunks_exact_mut(n).enumerate().map(restore).collect()
         } else {
             q.par_chunks_exact_mut(n).enumerate().with_min_len(CHUNK).map(restore).collect()
+        }
+    }
+
+    /// Puts postures of the points from `first` on onto limits that they are on, as far as they stay on the path.
+    pub(super) fn settle(&self, first: usize, q: &mut [f64]) {
+        let (n, limits) = (self.n(), self.robot.limits());
+        for (i, row) in q.chunks_exact_mut(n).enumerate() {
+            let mut there = [0.0; MAX_JOINTS];
+            let there = &mut there[..n];
+            there.copy_from_slice(row);
+            if self.limits && limits.settle(there) && *there != *row {
+                let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
+                if norm(w).max(norm(v)) <= ON_PATH {
+                    row.copy_from_slice(there);
+                }
+            }
         }
     }
 

@@ -1,13 +1,16 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
+mod combination;
 mod dh;
 mod fixed;
 mod limits;
 mod random;
+mod turns;
 pub(crate) mod urdf;
 
+pub use combination::{Combination, MAX_COMBINATIONS};
 pub use dh::{Convention, DhTable};
-pub use limits::{Limits, nearest_turn};
+pub use limits::{AT_LIMIT, Limits, nearest_turn};
 pub use random::RandomPostures;
 
 use crate::error::{Error, Result};
@@ -183,15 +186,6 @@ impl Robot {
     /// The middle posture: each joint in the middle of its range ([`Limits::middle`]).
     pub fn middle(&self) -> Vec<f64> {
         (0..self.n()).map(|i| self.limits.middle(i)).collect()
-    }
-
-    /// Takes revolute joints by whole turns to where their limits want them ([`Limits::turned`]): the same posture.
-    pub fn turn(&self, q: &mut [f64]) {
-        for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
-            if *joint == Joint::Revolute {
-                q[i] = self.limits.turned(i, q[i]);
-            }
-        }
     }
 
     /// The squared distance of a posture from the middle one: what decides among postures that are equal in all else.

@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
+use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 
 use super::inverse::{Asked, read_fixed, six};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::results::SINGULARITY;
+use crate::robot::coupled::{list, with_coupled};
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
@@ -70,13 +72,16 @@ impl PyRobot {
     ///     Limits [rad or m, per s, per s^2]; infinite where not given.
     /// name : str
     ///     Name.
+    /// coupled : sequence of (dict, float, float), optional
+    ///     Limits on combinations of joints, at most 8: ``({1: 1.0, 2: 1.0}, low, high)`` is low <= q[1] + q[2] <= high, joints counted from 0; one
+    ///     of the two may be infinite.
     ///
     /// Raises
     /// ------
     /// ShapeError, NonFiniteError, InvalidValueError
     ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -91,10 +96,11 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        coupled: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        with_coupled(finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
     }
 
     /// A robot from the chain between two links of a URDF file.
@@ -130,10 +136,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, coupled
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -145,10 +151,12 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        coupled: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        let robot = ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?;
+        with_coupled(finish(robot, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
     }
 
     /// Number of joints.
@@ -303,10 +311,77 @@ impl PyRobot {
     }
 
     /// The same robot with other limits; those not given stay.
-    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None))]
-    fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
+    ///
+    /// Parameters
+    /// ----------
+    /// q_min, q_max, qd_max, qdd_max : array_like, shape (n,), optional
+    ///     Limits of position, speed and acceleration [rad or m, per s, per s^2].
+    /// coupled : sequence of (dict, float, float), optional
+    ///     Limits on combinations of joints, in the place of all that there are (see `from_dh`); an empty one takes them away.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, a coefficient is not finite, limits are inverted, or a combination has no joint.
+    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None, coupled=None))]
+    fn with_limits(
+        &self,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        coupled: Maybe<'_, '_>,
+    ) -> PyResult<Self> {
         let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
-        Ok(ok(self.robot.with_limits(limits))?.into())
+        with_coupled(ok(self.robot.with_limits(limits))?.into(), coupled)
+    }
+
+    /// Limits on combinations of joints: ``[({joint: coefficient}, low, high), ...]``, joints counted from 0 [rad or m].
+    #[getter]
+    fn coupled_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        list(py, &self.robot)
+    }
+
+    /// Whether a posture is within the position limits of all joints and combinations of them, or on one.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// bool or ndarray of bool, shape (N,)
+    ///     True up to 1e-9 beyond a limit: so far a posture is on it. The same everywhere in the package.
+    fn within_limits<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let robot = &*self.robot;
+        let within = |q: &[f64], out: &mut [f64]| {
+            out[0] = f64::from(u8::from(robot.limits().contain(q)));
+            Ok(())
+        };
+        Ok(map_rows::<0, 1>(py, robot.n(), q, None, [], within)?.get_item(())?.rich_compare(1.0, CompareOp::Eq)?)
+    }
+
+    /// Smallest distance of a posture to a position limit.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// float or ndarray, shape (N,)
+    ///     Negative beyond a limit, inf without any [rad, or m of a prismatic joint]. The distance to a limit on a combination of joints is that of its value
+    ///     over the length of its row of coefficients: how far the joints are from it.
+    fn limit_margin<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let robot = &*self.robot;
+        let margin = |q: &[f64], out: &mut [f64]| {
+            out[0] = robot.limits().margin(q);
+            Ok(())
+        };
+        // A scalar array becomes a number.
+        Ok(map_rows::<0, 1>(py, robot.n(), q, None, [], margin)?.get_item(())?)
     }
 
     /// The same robot under another name.
