@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use super::analytic::{ArmAngle, Inverse, Solutions};
+use super::analytic::{ArmAngle, Solutions};
+use super::any::TaskInverse;
 use crate::error::{Result, check_finite};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::robot::{Joint, Limits, Robot};
+use crate::task::Task;
 use std::f64::consts::TAU;
 
 /// Postures of a robot, one after the other.
@@ -22,19 +24,29 @@ pub struct Postures {
 
 impl<const N: usize> From<Solutions<N>> for Postures {
     fn from(found: Solutions<N>) -> Self {
-        Self {
-            n: N,
-            q: found.q[..found.count].as_flattened().to_vec(),
-            singular: found.singular[..found.count].to_vec(),
-            complete: found.complete,
-        }
+        Self::first(N, &found)
     }
 }
 
 impl Postures {
-    /// With joints held at coordinates [rad or m], six revolute ones being left; the last coordinate counts where a joint is given twice.
-    pub fn with_fixed(robot: &Robot, target: &Frame, fixed: &[(usize, f64)]) -> Result<Self> {
-        let found = Self::from(Inverse::new(Arc::new(robot.with_fixed(fixed)?))?.solve(target));
+    /// The first `n` coordinates of solutions.
+    fn first<const N: usize>(n: usize, found: &Solutions<N>) -> Self {
+        Self {
+            n,
+            q: found.q[..found.count].iter().flat_map(|q| &q[..n]).copied().collect(),
+            singular: found.singular[..found.count].to_vec(),
+            complete: found.complete,
+        }
+    }
+
+    /// All of a robot for its task.
+    pub fn of(inverse: &TaskInverse, target: &Frame) -> Self {
+        Self::first(inverse.robot().n(), &inverse.solve(target))
+    }
+
+    /// With joints held at coordinates [rad or m], no joint that is left being to spare; the last coordinate counts where a joint is given twice.
+    pub fn with_fixed(robot: &Robot, task: &Task, target: &Frame, fixed: &[(usize, f64)]) -> Result<Self> {
+        let found = Self::of(&TaskInverse::new(Arc::new(robot.with_fixed(fixed)?), *task)?, target);
         let mut q = Vec::with_capacity(found.len() * robot.n());
         for row in found.rows() {
             let mut moving = row.iter();

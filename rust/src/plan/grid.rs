@@ -105,7 +105,7 @@ fn rank(robot: &Robot, joints: &[usize]) -> Result<usize> {
     Ok(match inverse.structure() {
         Structure::Wrist { .. } => 0,
         Structure::Parallel { .. } => 1,
-        Structure::General => 2,
+        Structure::General | Structure::Sliding => 2,
     })
 }
 

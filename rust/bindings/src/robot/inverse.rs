@@ -6,8 +6,9 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use redundancy::error::{Error, Result};
-use redundancy::inverse::{Inverse, Postures};
+use redundancy::inverse::{Postures, TaskInverse};
 use redundancy::robot::Robot;
+use redundancy::task::Task;
 
 use crate::array::{elements, output};
 use crate::errors::{Failure, PyResult};
@@ -30,6 +31,7 @@ pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
 
 /// Which solutions of a pose are asked for.
 pub struct Wanted<'a, 'py> {
+    pub task: Option<Task>,
     pub fixed: Option<&'a Bound<'py, PyDict>>,
     pub arm_angle: Option<f64>,
     pub limits: bool,
@@ -39,17 +41,20 @@ pub struct Wanted<'a, 'py> {
 /// All postures for a pose.
 pub fn solve(
     robot: &Arc<Robot>,
-    solver: &OnceLock<Result<Inverse>>,
+    solver: &OnceLock<Result<TaskInverse>>,
     pose: &Bound<'_, PyAny>,
     wanted: &Wanted<'_, '_>,
 ) -> PyResult<Postures> {
     let target = read_frame("pose", pose)?;
     let fixed = wanted.fixed.map(read_fixed).transpose()?;
+    let task = wanted.task.unwrap_or(Task::FULL);
     let found = match (&fixed, wanted.arm_angle) {
         (Some(_), Some(_)) => return Err(Error::value("arm_angle", "given beside fixed", "one of the two").into()),
+        (None, Some(_)) if task != Task::FULL => return Err(Error::value("arm_angle", "given beside a task", "the whole frame").into()),
         (None, Some(angle)) => Postures::with_arm_angle(robot, &target, angle)?,
-        (Some(fixed), None) => Postures::with_fixed(robot, &target, fixed)?,
-        (None, None) => solver.get_or_init(|| Inverse::new(robot.clone())).as_ref().map_err(Clone::clone)?.solve(&target).into(),
+        (Some(fixed), None) => Postures::with_fixed(robot, &task, &target, fixed)?,
+        (None, None) if task != Task::FULL => Postures::of(&TaskInverse::new(robot.clone(), task)?, &target),
+        (None, None) => Postures::of(solver.get_or_init(|| TaskInverse::new(robot.clone(), task)).as_ref().map_err(Clone::clone)?, &target),
     };
     let inside = wanted.limits || wanted.turns;
     Ok(if inside { found.within_limits(robot, wanted.turns, &fixed.unwrap_or_default()) } else { found })

@@ -12,12 +12,14 @@ use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::task::PyTask;
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
-use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::inverse::{ArmAngle, Structure, TaskInverse};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{RandomPostures, Robot, parse_joints};
+use redundancy::task::Task;
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -36,7 +38,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyRobot {
     pub robot: Arc<Robot>,
     /// Made when first asked for.
-    inverse: OnceLock<Result<Inverse>>,
+    inverse: OnceLock<Result<TaskInverse>>,
 }
 
 impl PartialEq for PyRobot {
@@ -375,14 +377,17 @@ impl PyRobot {
         Ok(array)
     }
 
-    /// Every posture that takes the tool to a frame.
+    /// Every posture in which the tool does its task at a frame.
     ///
     /// Parameters
     /// ----------
     /// pose : array_like, shape (4, 4)
     ///     The tool frame in the base frame [m].
+    /// task : Task, optional
+    ///     What of the frame matters; all of it if not given, also for robots of fewer than six joints, which then have postures only where they
+    ///     can reach the whole frame. ``Task.axisymmetric()`` is for five joints and the tool's axis, ``Task.position()`` for three joints.
     /// fixed : dict of int to float, optional
-    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
+    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more joints than the task takes.
     /// arm_angle : float, optional
     ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
     /// limits : bool
@@ -395,45 +400,54 @@ impl PyRobot {
     /// Returns
     /// -------
     /// q : ndarray, shape (k, n)
-    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
-    ///     to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice.
+    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each revolute joint within half a turn of the middle of its range (of 0
+    ///     without limits). Each does the task to 1e-10 (rad, and m over the size of the robot; to 1e-8 where the task asks for more than the robot
+    ///     has joints) and none comes twice.
     /// singular : ndarray of bool, shape (k,)
     ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
     /// complete : bool
-    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination).
+    ///     With ``report``: false where there may be others (a continuum, a geometry that defeats the elimination, or one that is searched).
     ///
     /// Raises
     /// ------
     /// InvalidValueError
-    ///     If six revolute joints are not what is left, or the arm has no arm angle.
+    ///     If joints are to spare (the message tells which can be held), or the arm has no arm angle.
     ///
     /// Notes
     /// -----
-    /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
-    /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
-    #[pyo3(signature = (pose, *, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
+    /// Closed forms for three neighbouring axes through a point (Pieper 1968; the other three joints revolute or prismatic in any order, before or
+    /// behind it), for three parallel ones and for three prismatic joints anywhere; other geometries of six revolute joints by elimination to a
+    /// polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows. A motion that the task leaves free counts as a
+    /// joint at the tool, and where there are fewer than six, joints that stay at 0 make six. What has no such form (one or two prismatic joints
+    /// without a wrist; a task whose free motion is no joint's) is searched by Newton from many starts, and told to be incomplete.
+    #[pyo3(signature = (pose, *, task=None, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
     fn inverse<'py>(
         &self,
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
+        task: Option<&PyTask>,
         fixed: Option<&Bound<'py, PyDict>>,
         arm_angle: Option<f64>,
         limits: bool,
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
+        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { task: task.map(|task| task.task), fixed, arm_angle, limits, turns })?;
         if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
     }
 
-    /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
-    /// parallel) or "general"; "none" without six revolute joints.
+    /// What the inverse kinematics of whole frames is built on: "wrist" (three neighbouring revolute axes meet in a point), "parallel" (three
+    /// neighbouring axes are parallel) or "general" for six revolute joints; "wrist" or "sliding" (three joints slide, three turn) for six joints
+    /// some of which are prismatic; of a robot of fewer joints, that of six joints of which it is a part; "search" where none of these is known;
+    /// "none" where joints are to spare.
     #[getter]
     fn structure(&self) -> &'static str {
-        match self.inverse.get_or_init(|| Inverse::new(self.robot.clone())).as_ref().map(Inverse::structure) {
-            Ok(Structure::Wrist { .. }) => "wrist",
-            Ok(Structure::Parallel { .. }) => "parallel",
-            Ok(Structure::General) => "general",
+        match self.inverse.get_or_init(|| TaskInverse::new(self.robot.clone(), Task::FULL)).as_ref().map(TaskInverse::structure) {
+            Ok(Some(Structure::Wrist { .. })) => "wrist",
+            Ok(Some(Structure::Parallel { .. })) => "parallel",
+            Ok(Some(Structure::General)) => "general",
+            Ok(Some(Structure::Sliding)) => "sliding",
+            Ok(None) => "search",
             Err(_) => "none",
         }
     }

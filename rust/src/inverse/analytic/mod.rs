@@ -5,13 +5,13 @@
 //! shoulder or between, and so are three parallel axes.
 
 mod arm_angle;
-mod circle;
+pub(super) mod circle;
 mod parallel;
-mod regional;
+pub(super) mod regional;
 mod solutions;
 mod solver;
-mod structure;
-mod wrist;
+pub(super) mod structure;
+pub(super) mod wrist;
 
 pub use arm_angle::ArmAngle;
 pub use solutions::{MAX_SOLUTIONS, Solutions};
