@@ -42,11 +42,11 @@ impl Chain {
             return None;
         }
         for axis in free_axes(task.linear) {
-            chain.insert(chain.joints.len(), Joint::Prismatic, Role::Free, along(axis));
+            chain.append(Joint::Prismatic, Role::Free, axis);
         }
         match task.angular {
             Projector::All => {}
-            Projector::Plane(axis) => chain.insert(chain.joints.len(), Joint::Revolute, Role::Free, along(axis)),
+            Projector::Plane(axis) => chain.append(Joint::Revolute, Role::Free, axis),
             Projector::None => chain.append_ball(Role::Free),
             Projector::Line(_) => return None,
         }
@@ -55,9 +55,14 @@ impl Chain {
 
     /// Three revolute joints whose axes meet in the tool point at right angles.
     pub fn append_ball(&mut self, role: Role) {
-        for place in [Frame::IDENTITY, along([0.0, 1.0, 0.0]), along([1.0, 0.0, 0.0])] {
-            self.insert(self.joints.len(), Joint::Revolute, role, place);
+        for axis in Frame::IDENTITY.axes {
+            self.append(Joint::Revolute, role, axis);
         }
+    }
+
+    /// A joint at the tool point, about or along a unit vector of the tool frame.
+    pub fn append(&mut self, joint: Joint, role: Role, axis: Vec3) {
+        self.insert(self.joints.len(), joint, role, self.end.compose(&along(axis)));
     }
 
     /// A joint ahead of joint `at`, or after the last; `place` is its frame in that of the joint before, once it has moved. Nothing else moves.

@@ -88,7 +88,7 @@ fn candidates(chain: &Chain) -> Vec<Chain> {
     seeds.push(seed);
     for axis in Frame::IDENTITY.axes {
         let mut seed = chain.clone();
-        seed.insert(chain.joints.len(), Joint::Revolute, Role::Still, along(axis));
+        seed.append(Joint::Revolute, Role::Still, axis);
         seeds.push(seed);
     }
     seeds.iter().flat_map(with_slides).collect()

@@ -46,7 +46,7 @@ impl<'a> Verified<'a> {
         Solutions { complete: complete && self.found.complete, ..self.found }
     }
 
-    /// Adds a posture, polished by at most `steps` of Newton, if it does the task and is new.
+    /// Adds a posture, polished by at most `steps` of Newton, if it does the task, is new and has room.
     pub fn add(&mut self, q: &[f64; 6], target: &Frame, steps: usize) -> bool {
         let (robot, n) = (self.robot, self.robot.n());
         let mut q = *q;
@@ -60,8 +60,9 @@ impl<'a> Verified<'a> {
         if self.found.q[..self.found.count].iter().any(|other| self.is_same(other, &q)) {
             return false;
         }
-        self.found.push(q, self.found.count as u8, self.is_singular(&q[..n]));
-        true
+        let count = self.found.count;
+        self.found.push(q, count as u8, self.is_singular(&q[..n]));
+        self.found.count > count
     }
 
     fn is_same(&self, a: &[f64; 6], b: &[f64; 6]) -> bool {
