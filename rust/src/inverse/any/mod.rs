@@ -90,15 +90,13 @@ impl TaskInverse {
         let mut found = Verified::new(&self.robot, &self.task, self.size);
         for part in parts {
             let complete = part.candidates(target, &mut |q| {
-                found.add(q, target, POLISH);
+                found.add(q, target, POLISH, false);
             });
             if complete {
                 return found.solutions(true);
             }
         }
-        if found.is_empty() || parts.is_empty() {
-            search(&mut found, target);
-        }
+        search(&mut found, target);
         found.solutions(false)
     }
 }

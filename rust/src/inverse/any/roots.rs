@@ -6,8 +6,10 @@ pub type Polynomial = [f64; 5];
 
 /// Leading coefficients below this part of the largest are rounding.
 const ROUNDING: f64 = 1e-14;
-/// A polynomial whose extremum misses zero by this much, relative to the sum of its terms there, touches it.
-const TOUCHING: f64 = 1e-10;
+/// A polynomial whose extremum misses zero by this much, relative to what it is the sum of, touches it.
+const TOUCHING: f64 = 1e-12;
+/// Roots and extrema that count as such.
+const MOST: usize = 7;
 /// Halvings of a bracket: all digits of a double.
 const HALVINGS: usize = 60;
 /// Newton steps after them.
@@ -36,26 +38,26 @@ pub fn real_roots(p: &Polynomial, scale: f64, mut each: impl FnMut(f64)) -> bool
         return false;
     }
     let degree = (0..5).rev().find(|&k| p[k].abs() > ROUNDING * largest).unwrap_or(0);
-    let mut roots = ([0.0; 4], 0);
-    collect(&p[..=degree], &mut roots);
+    let mut roots = ([0.0; MOST], 0);
+    collect(&p[..=degree], scale, &mut roots);
     roots.0[..roots.1].iter().for_each(|x| each(*x));
     true
 }
 
 /// The roots between the extrema, which are the roots of the derivative.
-fn collect(p: &[f64], roots: &mut ([f64; 4], usize)) {
+fn collect(p: &[f64], scale: f64, roots: &mut ([f64; MOST], usize)) {
     let degree = p.len() - 1;
     roots.1 = 0;
     if degree == 0 {
         return;
     }
     let derivative: [f64; 4] = std::array::from_fn(|k| if k < degree { (k + 1) as f64 * p[k + 1] } else { 0.0 });
-    let mut extrema = ([0.0; 4], 0);
-    collect(&derivative[..degree], &mut extrema);
+    let mut extrema = ([0.0; MOST], 0);
+    collect(&derivative[..degree], scale, &mut extrema);
     // No root is larger (Cauchy).
     let bound = 1.0 + p[..degree].iter().fold(0.0f64, |m, c| m.max((c / p[degree]).abs()));
     let mut push = |x: f64| {
-        if roots.1 < 4 && !roots.0[..roots.1].contains(&x) {
+        if roots.1 < MOST && !roots.0[..roots.1].contains(&x) {
             roots.0[roots.1] = x;
             roots.1 += 1;
         }
@@ -68,7 +70,7 @@ fn collect(p: &[f64], roots: &mut ([f64; 4], usize)) {
         } else if at_low.is_sign_positive() != at_high.is_sign_positive() && at_high != 0.0 {
             push(between(p, &derivative[..degree], low, high));
         }
-        let terms: f64 = p.iter().enumerate().map(|(k, c)| (c * high.powi(k as i32)).abs()).sum();
+        let terms = p.iter().enumerate().fold(scale, |sum, (k, c)| sum + (c * high.powi(k as i32)).abs());
         if high < bound && value(p, high).abs() <= TOUCHING * terms {
             push(high);
         }

@@ -16,6 +16,8 @@ const VERIFIED: f64 = 1e-10;
 const REACHABLE: f64 = 1e-8;
 /// Two postures this near to each other [rad, m over the size of the robot] are one.
 const SAME: f64 = 1e-7;
+/// The same where branches meet, which rounding splits.
+const SAME_SINGULAR: f64 = 1e-6;
 /// Least over largest singular value of the task's Jacobian at which branches meet.
 const SINGULAR: f64 = 1e-7;
 
@@ -46,9 +48,10 @@ impl<'a> Verified<'a> {
         Solutions { complete: complete && self.found.complete, ..self.found }
     }
 
-    /// Adds a posture, polished by at most `steps` of Newton, if it does the task, is new and has room.
-    pub fn add(&mut self, q: &[f64; 6], target: &Frame, steps: usize) -> bool {
-        let (robot, n) = (self.robot, self.robot.n());
+    /// Adds a posture, polished by at most `steps` of Newton, if it does the task, is new and has room; whether it did. With `regular` not where
+    /// branches meet.
+    pub fn add(&mut self, q: &[f64; 6], target: &Frame, steps: usize, regular: bool) -> bool {
+        let (robot, n, count) = (self.robot, self.robot.n(), self.found.count);
         let mut q = *q;
         let wanted = Target { position: target.origin, axis: None, frame: target.axes };
         let error = reach(robot, None, self.task, &wanted, self.size, &mut q[..n], CLOSED, steps).error;
@@ -57,18 +60,20 @@ impl<'a> Verified<'a> {
             return false;
         }
         robot.turn(&mut q[..n]);
-        if self.found.q[..self.found.count].iter().any(|other| self.is_same(other, &q)) {
+        let singular = self.is_singular(&q[..n]);
+        let is_known = (0..count).any(|i| self.is_same(&self.found.q[i], &q, singular || self.found.singular[i]));
+        if is_known || (regular && singular) {
             return false;
         }
-        let count = self.found.count;
-        self.found.push(q, count as u8, self.is_singular(&q[..n]));
+        self.found.push(q, count as u8, singular);
         self.found.count > count
     }
 
-    fn is_same(&self, a: &[f64; 6], b: &[f64; 6]) -> bool {
+    fn is_same(&self, a: &[f64; 6], b: &[f64; 6], singular: bool) -> bool {
+        let same = if singular { SAME_SINGULAR } else { SAME };
         (0..self.robot.n()).all(|k| match self.robot.joints()[k] {
-            Joint::Revolute => nearest_turn(a[k] - b[k], 0.0).abs() <= SAME,
-            Joint::Prismatic => (a[k] - b[k]).abs() <= SAME * self.size,
+            Joint::Revolute => nearest_turn(a[k] - b[k], 0.0).abs() <= same,
+            Joint::Prismatic => (a[k] - b[k]).abs() <= same * self.size,
         })
     }
 
