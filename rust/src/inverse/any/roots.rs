@@ -7,7 +7,7 @@ pub type Polynomial = [f64; 5];
 /// Leading coefficients below this part of the largest are rounding.
 const ROUNDING: f64 = 1e-14;
 /// A polynomial whose extremum misses zero by this much, relative to what it is the sum of, touches it.
-const TOUCHING: f64 = 1e-12;
+const TOUCHING: f64 = 1e-10;
 /// Roots and extrema that count as such.
 const MOST: usize = 7;
 /// Halvings of a bracket: all digits of a double.
