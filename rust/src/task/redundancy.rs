@@ -7,7 +7,7 @@ use crate::linalg::svd::Svd;
 use crate::robot::{RandomPostures, Robot};
 
 /// Postures tried: only special ones have less than the full rank.
-const POSTURES: usize = 8;
+pub(super) const POSTURES: usize = 8;
 /// A singular value below this part of the largest is none.
 const NEGLIGIBLE: f64 = 1e-9;
 
