@@ -88,12 +88,11 @@ def test_wrist_with_any_arm(arm: str, place: int, seed: int, special: bool) -> N
     robot = chain.robot()
     q = any_posture(rng, chain.joints, special)
     pose = chain.fk(q)
-    try:
-        solutions, singular, complete = robot.inverse(pose, report=True)
-    except rd.InvalidValueError as error:
-        assert robot.structure == "none"
-        assert "of which the task takes" in str(error)
+    if robot.structure == "none":
+        with pytest.raises(rd.InvalidValueError, match="of which the task takes"):
+            robot.inverse(pose)
         return
+    solutions, singular, complete = robot.inverse(pose, report=True)
     assert robot.structure in ("sliding" if arm == "PPP" else "wrist", "parallel")
     assert all(does(chain, x, pose, "full") for x in solutions)
     if smallest(chain, q, pose, "full") > REGULAR:
@@ -157,13 +156,12 @@ def test_as_many_joints_as_the_task_takes_or_fewer(kind: str, seed: int, special
     pose = {"full": pose, "axis": pose @ spin, "position": np.vstack([np.c_[np.eye(3), pose[:3, 3]], [0, 0, 0, 1]])}[
         kind
     ]
-    try:
-        solutions = chain.robot().inverse(pose, task=task)
-    except rd.InvalidValueError as error:
-        assert "of which the task takes" in str(error)
-        ranks = [np.linalg.matrix_rank(task_rows(chain, x, pose, kind)[1], 1e-9) for x in rng.uniform(-1, 1, (4, n))]
-        assert max(ranks) < n
+    ranks = [np.linalg.matrix_rank(task_rows(chain, x, pose, kind)[1], 1e-9) for x in rng.uniform(-1, 1, (4, n))]
+    if max(ranks) < n and joints != "RRRRRR":
+        with pytest.raises(rd.InvalidValueError, match="of which the task takes"):
+            chain.robot().inverse(pose, task=task)
         return
+    solutions = chain.robot().inverse(pose, task=task)
     assert all(does(chain, x, pose, kind, 1e-7) for x in solutions)
     if smallest(chain, q, pose, kind) > REGULAR:
         assert apart(solutions, q, joints).min(initial=np.inf) < 1e-6

@@ -48,8 +48,8 @@ class RedundancyMap:
     spare_values : ndarray, shape (S, k)
         Where they are held [rad or m].
     spins : bool
-        Whether the robot can spin its tool beside the task. Else there is one spin, 0, and a map holds the branches alone:
-        a full task, or five joints with an axisymmetric one.
+        Whether the robot can spin its tool beside the task. Else there is one spin, 0, and a map holds the branches
+        alone: a full task, or five joints with an axisymmetric one.
     """
 
     robot: Robot
@@ -185,7 +185,7 @@ class RedundancyMap:
         if self.task.kind == "full":
             raise InvalidValueError("the task fixes the spin, expected an axisymmetric one for a picture of spins")
         if not self.spins:
-            raise InvalidValueError(f"the task takes all joints of {self.robot.name}, expected a spin for a picture of spins")
+            raise InvalidValueError(f"the task leaves {self.robot.name} no spin, expected one for a picture of spins")
 
     @property
     def _name(self) -> str:
@@ -280,4 +280,6 @@ def redundancy_map(
             advance(count)
     if len(values) == 1:
         value, cause = value[:, 0], cause[:, 0]
-    return RedundancyMap(robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values, spins)
+    return RedundancyMap(
+        robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values, spins
+    )

@@ -45,10 +45,10 @@ def plan(
     Parameters
     ----------
     robot : Robot
-        As many joints as the task takes, or more, of which some are spare (a seven-axis arm, a robot on a rail): five with
-        an axisymmetric task, whose plan is the choice of branches and whole turns; six of any kind; a SCARA or a planar
-        arm, as far as it can turn its tool. The ``condition_number`` of a plan is NaN where the robot has fewer joints
-        than rows of the Jacobian in use; name ``rows`` in an objective then.
+        As many joints as the task takes, or more, of which some are spare (a seven-axis arm, a robot on a rail): five
+        with an axisymmetric task, whose plan is the choice of branches and whole turns; six of any kind; a SCARA or a
+        planar arm, as far as it can turn its tool. Where the robot has fewer joints than rows of the Jacobian in use
+        the ``condition_number`` of the plan is NaN, and an objective needs ``rows``.
     path : Toolpath
         N points; with times, joint speed limits hold.
     task : Task

@@ -31,9 +31,10 @@ impl<const N: usize> From<Solutions<N>> for Postures {
 impl Postures {
     /// The first `n` coordinates of solutions.
     fn first<const N: usize>(n: usize, found: &Solutions<N>) -> Self {
+        let rows = &found.q[..found.count];
         Self {
             n,
-            q: found.q[..found.count].iter().flat_map(|q| &q[..n]).copied().collect(),
+            q: if n == N { rows.as_flattened().to_vec() } else { rows.iter().flat_map(|q| &q[..n]).copied().collect() },
             singular: found.singular[..found.count].to_vec(),
             complete: found.complete,
         }

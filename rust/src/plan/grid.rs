@@ -64,7 +64,11 @@ impl SpareGrid {
             let letters = robot.joint_letters();
             let left: String = letters.chars().enumerate().filter(|(i, _)| !joints.contains(i)).map(|(_, letter)| letter).collect();
             let given = format!("{}, which leaves the joints '{left}' of '{letters}'", tuple(&joints));
-            return Err(Error::value("spare", given, "six revolute ones, or others of which the task and its free spin leave none to spare"));
+            return Err(Error::value(
+                "spare",
+                given,
+                "six revolute ones, or others of which the task and its free spin leave none to spare",
+            ));
         };
         let spins = can_spin(&rest, task);
         let mut values = vec![Vec::new()];

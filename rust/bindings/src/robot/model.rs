@@ -12,8 +12,8 @@ use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
-use crate::task::PyTask;
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
+use crate::task::PyTask;
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Structure, TaskInverse};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
@@ -432,7 +432,12 @@ impl PyRobot {
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { task: task.map(|task| task.task), fixed, arm_angle, limits, turns })?;
+        let found = inverse::solve(
+            &self.robot,
+            &self.inverse,
+            pose,
+            &Wanted { task: task.map(|task| task.task), fixed, arm_angle, limits, turns },
+        )?;
         if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
     }
 

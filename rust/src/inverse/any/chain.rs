@@ -37,7 +37,8 @@ impl Chain {
     pub fn of(robot: &Robot, task: &Task) -> Option<Self> {
         let own = (0..robot.n()).map(Role::Own).collect();
         let mut chain = Self { joints: robot.joints().to_vec(), roles: own, links: robot.links().to_vec(), end: *robot.end() };
-        let turns_everywhere = matches!(task.angular, Projector::All | Projector::None) && matches!(task.linear, Projector::All | Projector::None);
+        let turns_everywhere =
+            matches!(task.angular, Projector::All | Projector::None) && matches!(task.linear, Projector::All | Projector::None);
         if task.reference != Reference::Tool && !turns_everywhere {
             return None;
         }

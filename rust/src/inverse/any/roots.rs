@@ -1,6 +1,5 @@
 //! Real roots of polynomials up to the fourth degree.
 
-
 /// Coefficients from the constant on.
 pub type Polynomial = [f64; 5];
 

@@ -21,7 +21,7 @@ const COINCIDENT: f64 = 1e-9;
 #[derive(Debug, Clone)]
 enum Form {
     /// Six revolute joints.
-    Turning(Inverse),
+    Turning(Box<Inverse>),
     /// Three neighbouring revolute axes meet in a point; entered at joint `first` they are the last three, with the point at heights on the first and
     /// the last of them.
     Wrist { first: usize, before: f64, after: f64 },
@@ -44,7 +44,7 @@ impl Six {
         let robot = Arc::new(chain.robot()?);
         let slides = robot.joints().iter().filter(|joint| **joint == Joint::Prismatic).count();
         let form = match slides {
-            0 => Some(Form::Turning(Inverse::new(robot.clone())?)),
+            0 => Some(Form::Turning(Box::new(Inverse::new(robot.clone())?))),
             3 => Some(Form::Sliding),
             _ => wrist_of(&robot),
         };

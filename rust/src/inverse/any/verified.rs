@@ -1,7 +1,7 @@
 //! Postures that have been checked against the robot and its task.
 
-use crate::inverse::newton::reach;
 use crate::inverse::Solutions;
+use crate::inverse::newton::reach;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::frame::Frame;
 use crate::linalg::svd::Svd;
@@ -56,7 +56,7 @@ impl<'a> Verified<'a> {
         let wanted = Target { position: target.origin, axis: None, frame: target.axes };
         let error = reach(robot, None, self.task, &wanted, self.size, &mut q[..n], CLOSED, steps).error;
         let bar = if n < self.task.dimension() { REACHABLE } else { VERIFIED };
-        if !(error <= bar) {
+        if error.is_nan() || error > bar {
             return false;
         }
         robot.turn(&mut q[..n]);
@@ -92,4 +92,3 @@ impl<'a> Verified<'a> {
         sigma[n - 1] <= SINGULAR * sigma[0]
     }
 }
-
