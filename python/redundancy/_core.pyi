@@ -204,6 +204,7 @@ class Robot:
         self,
         pose: ArrayLike,
         *,
+        task: Task | None = None,
         near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
@@ -217,6 +218,7 @@ class Robot:
         self,
         pose: ArrayLike,
         *,
+        task: Task | None = None,
         near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
@@ -772,7 +774,7 @@ class Lattice:
         cls,
         robot: Robot,
         frames: ArrayLike,
-        axis: ArrayLike,
+        task: Task,
         angles: ArrayLike,
         spare: Sequence[int],
         values: ArrayLike,
@@ -922,8 +924,8 @@ def plan_path(
 ) -> PlannedPath: ...
 def transport(axis: ArrayLike) -> _F64: ...
 def perpendicular(vector: ArrayLike) -> _F64: ...
-def angle_grid(task: Task, n_angles: int, spin_range: tuple[float, float] | None) -> _F64: ...
-def spare_grid(robot: Robot, spare: Sequence[int] | None, n_spare: int) -> tuple[list[int], _F64]: ...
+def angle_grid(spins: bool, n_angles: int, spin_range: tuple[float, float] | None) -> _F64: ...
+def spare_grid(robot: Robot, task: Task, spare: Sequence[int] | None, n_spare: int) -> tuple[list[int], _F64, bool]: ...
 def solve_qp(
     h: ArrayLike,
     g: ArrayLike,

@@ -133,7 +133,7 @@ WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "many near to one": (lambda: IRB120.inverse(POSE, near=np.zeros((1, 6))), rd.ShapeError, r"near.*\(1, 6\).*\(6,\)"),
     "near of NaN": (lambda: IRB120.inverse(POSES, near=Q + np.nan), rd.NonFiniteError, r"near\[0\] is NaN"),
     "one near of infinity": (lambda: IRB120.inverse(POSE, near=Q + np.inf), rd.NonFiniteError, r"near\[0\] is inf"),
-    "seven joints": (lambda: KUKA.inverse(POSE7[None]), rd.InvalidValueError, "six revolute joints"),
+    "seven joints": (lambda: KUKA.inverse(POSE7[None]), rd.InvalidValueError, "task takes 6"),
 }
 
 

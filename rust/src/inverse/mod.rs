@@ -1,6 +1,7 @@
 //! Inverse position: postures that fulfil a task.
 
 mod analytic;
+mod any;
 mod coupled;
 mod general;
 mod nearby;
@@ -11,6 +12,7 @@ mod singularity;
 mod sweep;
 
 pub use analytic::{ArmAngle, Branch, Inverse, MAX_SOLUTIONS, Solutions, Structure, branch};
+pub use any::TaskInverse;
 pub use newton::{Reach, reach};
 pub(crate) use newton::{error_at, reach_holding, reach_sized};
 pub use postures::Postures;

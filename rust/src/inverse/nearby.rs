@@ -44,6 +44,7 @@ impl Stay {
 /// A posture that others are to be near to.
 pub(super) struct Nearness<'a> {
     pub robot: &'a Robot,
+    pub task: &'a Task,
     pub target: &'a Frame,
     pub near: &'a [f64],
     pub stay: &'a [Stay],
@@ -141,7 +142,7 @@ impl Nearness<'_> {
             self.turn(&mut copy, true);
             let (low, high) = (limits.q_min[joint], limits.q_max[joint]);
             let Some(stay) = self.stay.iter().find(|stay| stay.held >> joint & 1 == 0) else { continue };
-            if (copy[joint] < low || copy[joint] > high) && null_joints(self.robot, q, stay.held) >> joint & 1 == 1 {
+            if (copy[joint] < low || copy[joint] > high) && null_joints(self.robot, self.task, q, stay.held) >> joint & 1 == 1 {
                 let edges = [low + INSIDE, high - INSIDE].map(|edge| nearest_turn(edge, q[joint]));
                 let nearest = if (edges[0] - q[joint]).abs() < (edges[1] - q[joint]).abs() { edges[0] } else { edges[1] };
                 slide(self, q, joint, stay.held | 1 << joint, nearest);
@@ -176,7 +177,7 @@ fn choose(to: &Nearness, q: &mut [f64]) -> u32 {
     let mut chosen = 0;
     for stay in to.stay {
         let (joint, held) = (stay.joint, stay.held | chosen);
-        if null_joints(to.robot, q, held) >> joint & 1 == 1 {
+        if null_joints(to.robot, to.task, q, held) >> joint & 1 == 1 {
             slide(to, q, joint, held | 1 << joint, nearest_turn(to.near[joint], q[joint]));
             chosen |= 1 << joint;
         }
@@ -208,6 +209,6 @@ fn slide(to: &Nearness, q: &mut [f64], joint: usize, held: u32, goal: f64) {
 fn reaches(to: &Nearness, q: &mut [f64], held: u32) -> bool {
     let target = Target { position: to.target.origin, axis: None, frame: to.target.axes };
     let size = to.robot.size();
-    let got = with_capacity!(q.len(), reach_holding(to.robot, None, &Task::FULL, &target, size, q, held, EXACT, STEPS));
+    let got = with_capacity!(q.len(), reach_holding(to.robot, None, to.task, &target, size, q, held, EXACT, STEPS));
     got.error <= VERIFIED
 }

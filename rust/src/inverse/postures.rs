@@ -1,7 +1,9 @@
 //! Postures for a frame, of a robot of any number of joints, and what the limits leave of them.
 
 use super::analytic::Solutions;
+use super::any::TaskInverse;
 use crate::linalg::MAX_JOINTS;
+use crate::linalg::frame::Frame;
 use crate::robot::Robot;
 
 /// Postures of a robot, one after the other.
@@ -17,16 +19,28 @@ pub struct Postures {
 
 impl<const N: usize> From<Solutions<N>> for Postures {
     fn from(found: Solutions<N>) -> Self {
-        Self {
-            n: N,
-            q: found.q[..found.count].as_flattened().to_vec(),
-            singular: found.singular[..found.count].to_vec(),
-            complete: found.complete,
-        }
+        Self::first(N, &found)
     }
 }
 
 impl Postures {
+    /// The first `n` coordinates of solutions.
+    fn first<const N: usize>(n: usize, found: &Solutions<N>) -> Self {
+        let rows = &found.q[..found.count];
+        Self {
+            n,
+            q: if n == N { rows.as_flattened().to_vec() } else { rows.iter().flat_map(|q| &q[..n]).copied().collect() },
+            singular: found.singular[..found.count].to_vec(),
+            complete: found.complete,
+        }
+    }
+
+    /// All of a robot for its task: by branch where branches have names, else in order of the joints.
+    pub fn of(inverse: &TaskInverse, target: &Frame) -> Self {
+        let found = Self::first(inverse.robot().n(), &inverse.solve(target));
+        if inverse.has_branches() { found } else { found.sorted() }
+    }
+
     /// None yet, of a robot of `n` joints.
     pub fn none(n: usize, complete: bool) -> Self {
         Self { n, q: Vec::new(), singular: Vec::new(), complete }

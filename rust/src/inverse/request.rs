@@ -4,20 +4,24 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::analytic::{ArmAngle, Inverse, Structure};
+use super::analytic::{ArmAngle, Structure};
+use super::any::TaskInverse;
 use super::nearby::{Nearness, Stay};
 use super::postures::Postures;
 use super::sweep;
 use crate::error::{Result, check_finite, check_vector};
 use crate::linalg::frame::Frame;
 use crate::robot::Robot;
+use crate::task::Task;
 
 /// Frames that a thread takes at a time.
 const TOGETHER: usize = 16;
 
 /// Which postures are wanted.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Wanted<'a> {
+    /// What of the frames matters.
+    pub task: Task,
     /// Joints that are held, and where [rad or m]; the last coordinate counts where a joint is given twice.
     pub fixed: &'a [(usize, f64)],
     /// Only those within the limits.
@@ -26,17 +30,17 @@ pub struct Wanted<'a> {
     pub turns: bool,
 }
 
-/// The inverse kinematics of a robot with joints held, the others being six revolute ones.
+/// The inverse kinematics of a robot with joints held, none of the others being to spare.
 #[derive(Debug, Clone)]
 struct Held {
     fixed: Vec<(usize, f64)>,
-    inverse: Inverse,
+    inverse: TaskInverse,
 }
 
 impl Held {
     #[inline(never)]
-    fn new(robot: &Robot, fixed: Vec<(usize, f64)>) -> Result<Self> {
-        Ok(Self { inverse: Inverse::new(Arc::new(robot.with_fixed(&fixed)?))?, fixed })
+    fn new(robot: &Robot, task: Task, fixed: Vec<(usize, f64)>) -> Result<Self> {
+        Ok(Self { inverse: TaskInverse::new(Arc::new(robot.with_fixed(&fixed)?), task)?, fixed })
     }
 
     fn at(&self, joint: usize) -> Option<f64> {
@@ -46,11 +50,11 @@ impl Held {
     /// What may be chosen in a singular posture.
     fn stay(&self, n: usize) -> Vec<Stay> {
         let moving: Vec<usize> = (0..n).filter(|joint| self.at(*joint).is_none()).collect();
-        Stay::in_order(order(self.inverse.structure()).iter().map(|k| moving[*k]), &self.fixed)
+        Stay::in_order(order(&self.inverse).iter().map(|k| moving[*k]), &self.fixed)
     }
 
     fn solve(&self, n: usize, target: &Frame) -> Postures {
-        let found = six(&self.inverse, target);
+        let found = Postures::of(&self.inverse, target);
         let mut out = Postures::none(n, found.complete);
         for (row, singular) in found.rows().zip(&found.singular) {
             let mut moving = row.iter();
@@ -62,7 +66,7 @@ impl Held {
 
 /// How the postures are found.
 enum Way<'a> {
-    Six(&'a Inverse),
+    Whole(&'a TaskInverse),
     Plane(Box<ArmAngle>, f64),
     Held(Box<Held>),
     Swept { joint: usize, grid: Vec<Held> },
@@ -76,14 +80,14 @@ pub struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// Of a robot with six revolute joints.
-    pub fn six(inverse: &'a Inverse, wanted: Wanted<'a>) -> Self {
-        Self { robot: inverse.robot(), wanted, way: Way::Six(inverse) }
+    /// Of whole frames.
+    pub fn whole(inverse: &'a TaskInverse, wanted: Wanted<'a>) -> Self {
+        Self { robot: inverse.robot(), wanted, way: Way::Whole(inverse) }
     }
 
-    /// With the joints held that are wanted so, six revolute ones being left.
+    /// With the joints held that are wanted so, none that is left being to spare.
     pub fn held(robot: &'a Robot, wanted: Wanted<'a>) -> Result<Self> {
-        Ok(Self { robot, wanted, way: Way::Held(Box::new(Held::new(robot, wanted.fixed.to_vec())?)) })
+        Ok(Self { robot, wanted, way: Way::Held(Box::new(Held::new(robot, wanted.task, wanted.fixed.to_vec())?)) })
     }
 
     /// With the plane of a seven-axis arm at an angle \[rad\].
@@ -93,10 +97,10 @@ impl<'a> Request<'a> {
         Ok(Self { robot, wanted, way: Way::Plane(arm, angle) })
     }
 
-    /// With one joint more than six revolute ones, which is held at so many values over its range in turn ([`sweep`]).
+    /// With one joint more than the task takes, which is held at so many values over its range in turn ([`sweep`]).
     pub fn swept(robot: &'a Robot, samples: usize, wanted: Wanted<'a>) -> Result<Self> {
-        let (joint, values) = sweep::grid(robot, wanted.fixed, samples)?;
-        let held = |value: &f64| Held::new(robot, [wanted.fixed, &[(joint, *value)]].concat());
+        let (joint, values) = sweep::grid(robot, &wanted.task, wanted.fixed, samples)?;
+        let held = |value: &f64| Held::new(robot, wanted.task, [wanted.fixed, &[(joint, *value)]].concat());
         let grid = values.iter().map(held).collect::<Result<Vec<_>>>()?;
         Ok(Self { robot, wanted, way: Way::Swept { joint, grid } })
     }
@@ -104,8 +108,8 @@ impl<'a> Request<'a> {
     /// Whether a frame may take long, so that others should not wait for it.
     pub fn is_slow(&self) -> bool {
         match &self.way {
-            Way::Six(inverse) => inverse.structure() == Structure::General,
-            Way::Held(held) => held.inverse.structure() == Structure::General,
+            Way::Whole(inverse) => is_slow(inverse),
+            Way::Held(held) => is_slow(&held.inverse),
             Way::Swept { .. } => true,
             Way::Plane(..) => false,
         }
@@ -119,13 +123,13 @@ impl<'a> Request<'a> {
 
     fn answer(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
         let mut found = self.found(target, near);
-        let Wanted { fixed, limits, turns } = self.wanted;
+        let Wanted { task, fixed, limits, turns } = self.wanted;
         let inside = limits || turns;
         if near.is_none() && !inside {
             return found;
         }
         let (stay, anywhere) = (self.stay(), !matches!(self.way, Way::Plane(..)));
-        let nearness = Nearness { robot: self.robot, target, near: near.unwrap_or_default(), stay: &stay, fixed, anywhere };
+        let nearness = Nearness { robot: self.robot, task: &task, target, near: near.unwrap_or_default(), stay: &stay, fixed, anywhere };
         if near.is_some() {
             return nearness.order(found, inside, turns);
         }
@@ -139,7 +143,7 @@ impl<'a> Request<'a> {
     /// What may be chosen in a singular posture, in the order in which it is.
     fn stay(&self) -> Vec<Stay> {
         match &self.way {
-            Way::Six(inverse) => Stay::in_order(order(inverse.structure()).into_iter(), &[]),
+            Way::Whole(inverse) => Stay::in_order(order(inverse).into_iter(), &[]),
             // Shoulder and wrist by themselves: neither turns the plane.
             Way::Plane(..) => vec![Stay { joint: 0, held: 0b111_1000 }, Stay { joint: 4, held: 0b000_1111 }],
             Way::Held(held) => held.stay(self.robot.n()),
@@ -150,14 +154,16 @@ impl<'a> Request<'a> {
     fn found(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
         let n = self.robot.n();
         match &self.way {
-            Way::Six(inverse) => six(inverse, target),
+            Way::Whole(inverse) => Postures::of(inverse, target),
             Way::Plane(arm, angle) => arm.solve(target, *angle).into(),
             Way::Held(held) => held.solve(n, target),
             Way::Swept { joint, grid } => {
                 let mut all = Postures::none(n, false);
                 // The value that `near` has is one more of the grid.
                 let its = near.map(|near| near[*joint]).filter(|value| sweep::allows(self.robot, *joint, *value));
-                if let Some(Ok(held)) = its.map(|value| Held::new(self.robot, [self.wanted.fixed, &[(*joint, value)]].concat())) {
+                if let Some(Ok(held)) =
+                    its.map(|value| Held::new(self.robot, self.wanted.task, [self.wanted.fixed, &[(*joint, value)]].concat()))
+                {
                     all.append(&held.solve(n, target));
                 }
                 all.append(&on_every_core(n, grid.len(), &|i| grid[i].solve(n, target)).postures);
@@ -220,19 +226,19 @@ fn on_every_core(n: usize, count: usize, one: &(dyn Fn(usize) -> Postures + Sync
     whole
 }
 
-/// Those of six joints: by branch where branches have names, else in order of the joints.
-fn six(inverse: &Inverse, target: &Frame) -> Postures {
-    let found = Postures::from(inverse.solve(target));
-    if inverse.has_branches() { found } else { found.sorted() }
+/// Whether a frame may take hundreds of microseconds.
+fn is_slow(inverse: &TaskInverse) -> bool {
+    inverse.structure().is_none_or(|structure| structure == Structure::General)
 }
 
 /// The joints in the order in which they stay where they are, if they can: as the closed form chooses.
-fn order(structure: Structure) -> [usize; 6] {
-    let start = match structure {
-        Structure::Wrist { first, .. } => first,
+fn order(inverse: &TaskInverse) -> Vec<usize> {
+    let n = inverse.robot().n();
+    let start = match inverse.structure() {
+        Some(Structure::Wrist { first, .. }) if n == 6 => first,
         // Joint 6 of the loop, which may be parallel to the three.
-        Structure::Parallel { first } => first + 5,
-        Structure::General => 0,
+        Some(Structure::Parallel { first }) if n == 6 => first + 5,
+        _ => 0,
     };
-    std::array::from_fn(|k| (start + k) % 6)
+    (0..n).map(|k| (start + k) % n).collect()
 }

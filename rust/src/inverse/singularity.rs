@@ -3,10 +3,12 @@
 use super::analytic::Factors;
 use crate::error::{Result, check_positive, check_vector};
 use crate::kinematics::jacobian_into;
+use crate::kinematics::sized::jacobian;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::svd::Svd;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::robot::{Joint, Robot};
+use crate::task::Task;
 
 /// A factor of the determinant is named where it is below this multiple of the tolerance, or is the smallest.
 const NAMED: f64 = 30.0;
@@ -84,14 +86,15 @@ fn kind(robot: &Robot, q: &[f64], tolerance: f64) -> String {
     named.iter().filter(|(_, factor)| *factor <= tolerance.max(least)).map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
-/// The joints that may move while the tool and some other joints (`held`) stay, to first order, in a posture that a solver calls singular: one bit a joint.
-pub(super) fn null_joints(robot: &Robot, q: &[f64], held: u32) -> u32 {
-    let columns = columns(robot, q);
+/// The joints that may move while the task stays done and some joints (`held`) where they are, to first order, in a posture that a solver calls singular: one bit a joint.
+pub(super) fn null_joints(robot: &Robot, task: &Task, q: &[f64], held: u32) -> u32 {
+    let (tool, jacobian) = jacobian::<MAX_JOINTS>(robot, q);
+    let rows = task.directions(&tool, robot.size()).rows(&jacobian);
     let moving: Vec<usize> = (0..robot.n()).filter(|i| held >> i & 1 == 0).collect();
     if moving.len() > 6 {
         return !held;
     }
-    let (svd, count) = of_joints(moving.iter().map(|&i| columns[i]));
+    let (svd, count) = of_joints(moving.iter().map(|&i| rows.map(|row| row[i])));
     let null = |&k: &usize| svd.sigma[k] <= FREE * svd.sigma[0];
     let moves = |k: usize| moving.iter().enumerate().filter(move |(j, _)| svd.u[k][*j].abs() > MOVES).fold(0, |bits, (_, i)| bits | 1 << i);
     (0..count).filter(null).map(moves).fold(0, |bits, more| bits | more)

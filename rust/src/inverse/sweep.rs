@@ -3,37 +3,42 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use super::analytic::{Inverse, Structure};
+use super::analytic::Structure;
+use super::any::TaskInverse;
 use super::singularity::self_motion;
 use crate::error::{Error, Result};
 use crate::robot::{Joint, RandomPostures, Robot};
+use crate::task::Task;
 
+/// Where a joint is held to look at the rest [rad or m]: not at a special place.
+const ANYWHERE: f64 = 0.37;
 /// Postures at which the self-motion is looked at.
 const POSTURES: usize = 64;
 
 /// The joint that is held in turn, and its values: `samples` over its limits, ends included; over a turn without them. It is the one whose holding leaves
 /// a closed form, of several the one with the largest share in the self-motion (mean of its squared part of the unit null vector over random postures).
-pub fn grid(robot: &Robot, fixed: &[(usize, f64)], samples: usize) -> Result<(usize, Vec<f64>)> {
-    let expected = "a robot of which seven joints are not held, six of them revolute beside the one that is swept";
-    let refused =
-        || Error::value("samples", format!("given for the joints '{}' with {} held", robot.joint_letters(), fixed.len()), expected);
+pub fn grid(robot: &Robot, task: &Task, fixed: &[(usize, f64)], samples: usize) -> Result<(usize, Vec<f64>)> {
     if samples == 0 {
         return Err(Error::value("samples", samples, "at least 1"));
     }
     let moving: Vec<usize> = (0..robot.n()).filter(|i| fixed.iter().all(|(held, _)| held != i)).collect();
-    if moving.len() != 7 {
+    let given = format!("given for the joints '{}' with {} held", robot.joint_letters(), fixed.len());
+    let refused = || Error::value("samples", &given, "a robot with one joint more than the task takes, the others held (fixed)");
+    let whole = robot.with_fixed(fixed)?;
+    let taken = task.rank(&whole);
+    if moving.len() != taken + 1 {
         return Err(refused());
     }
-    let share = shares(&robot.with_fixed(fixed)?);
-    let mut best: Option<(u8, f64, usize)> = None;
+    let share = if moving.len() == 7 { shares(&whole) } else { vec![0.0; moving.len()] };
+    let mut best: Option<((u8, bool), f64, usize)> = None;
     for (k, &joint) in moving.iter().enumerate() {
-        let others_turn = moving.iter().all(|&i| i == joint || robot.joints()[i] == Joint::Revolute);
-        if !others_turn {
+        let held = [fixed, &[(joint, ANYWHERE)]].concat();
+        let rest = robot.with_fixed(&held)?;
+        if task.rank(&rest) < taken {
             continue;
         }
-        // Anywhere but at a special place.
-        let held = [fixed, &[(joint, 0.3)]].concat();
-        let rank = rank(Inverse::new(Arc::new(robot.with_fixed(&held)?))?.structure());
+        // A rail before the others.
+        let rank = (rank(TaskInverse::new(Arc::new(rest), *task)?.structure()), robot.joints()[joint] == Joint::Revolute);
         if best.is_none_or(|(least, most, _)| rank < least || (rank == least && share[k] > most)) {
             best = Some((rank, share[k], joint));
         }
@@ -43,11 +48,12 @@ pub fn grid(robot: &Robot, fixed: &[(usize, f64)], samples: usize) -> Result<(us
 }
 
 /// How hard the inverse kinematics is.
-fn rank(structure: Structure) -> u8 {
+fn rank(structure: Option<Structure>) -> u8 {
     match structure {
-        Structure::Wrist { .. } => 0,
-        Structure::Parallel { .. } => 1,
-        Structure::General => 2,
+        Some(Structure::Wrist { .. }) => 0,
+        Some(Structure::Parallel { .. } | Structure::Sliding) => 1,
+        Some(Structure::General) => 2,
+        None => 3,
     }
 }
 

@@ -6,15 +6,15 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::failure::Limited;
-use super::grid::SpareGrid;
+use super::grid::{SpareGrid, cell_task};
 use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
 use crate::index::Objective;
-use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
+use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::Vec3;
 use crate::robot::{AT_LIMIT, Joint, Robot};
+use crate::task::Task;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,12 +67,12 @@ impl Cells {
     }
 }
 
-/// Joints held at one of the values of the grid, and the six that are left.
+/// Joints held at one of the values of the grid, and those that are left.
 #[derive(Debug, Clone)]
 struct Slice {
     held: Vec<(usize, f64)>,
-    moving: [usize; 6],
-    inverse: Inverse,
+    moving: Vec<usize>,
+    inverse: TaskInverse,
 }
 
 /// The grid.
@@ -93,12 +93,12 @@ impl Cause {
 }
 
 impl Lattice {
-    /// `frames` are those of the tool at spin 0, one a point; the tool may turn by `angles` about `axis` (tool frame). The joints to spare
-    /// are held at each of their values in turn; six revolute joints have to be left.
+    /// `frames` are those of the tool at spin 0, one a point; where the spare grid says that it spins, the tool may turn by `angles` about the task's
+    /// axis. The joints to spare are held at each of their values in turn.
     pub fn new(
         robot: Arc<Robot>,
         frames: Arc<[Frame]>,
-        axis: Vec3,
+        task: &Task,
         angles: &[f64],
         spare: &SpareGrid,
         objective: Option<Objective>,
@@ -111,18 +111,16 @@ impl Lattice {
             return Err(Error::value("path", "empty", "at least one point, one angle and one value of the spare joints"));
         }
         let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.joints.contains(i)).collect();
-        let moving: [usize; 6] = moving.try_into().map_err(|left: Vec<usize>| {
-            Error::value("spare", format!("{} joints left", left.len()), "joints that leave six revolute ones")
-        })?;
         let slices = spare
             .values
             .iter()
             .map(|row| {
                 let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
-                let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
-                Ok(Slice { held, moving, inverse })
+                let inverse = TaskInverse::new(Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task))?;
+                Ok(Slice { held, moving: moving.clone(), inverse })
             })
             .collect::<Result<Vec<_>>>()?;
+        let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
         let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
         Ok(Self { robot, frames, turns, slices, objective, limits, branches })

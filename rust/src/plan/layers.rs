@@ -69,10 +69,9 @@ pub(super) struct Layers<'a> {
 impl<'a> Layers<'a> {
     /// None yet; over a grid of `finer` times as many spins as the settings say.
     pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &SpareGrid, finer: usize) -> Result<Self, Error> {
-        let angles = angle_grid(&problem.task, settings.n_angles * finer, settings.spin_range)?;
-        let axis = problem.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
+        let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
-        let lattice = Lattice::new(robot, frames, axis, &angles, spare, objective, problem.limits)?;
+        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
         Ok(Self { problem, settings, lattice, spin_step, cells, order, least })

@@ -7,8 +7,9 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use redundancy::error::{Error, Result};
-use redundancy::inverse::{Inverse, Postures, Request, Wanted};
+use redundancy::inverse::{Postures, Request, TaskInverse, Wanted};
 use redundancy::robot::Robot;
+use redundancy::task::Task;
 
 use crate::array::{elements, output, read_any, read_vector, shape_of};
 use crate::errors::{Failure, PyResult};
@@ -29,6 +30,7 @@ pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
 
 /// What is asked beside the poses.
 pub struct Asked<'a, 'py> {
+    pub task: Option<Task>,
     pub near: Maybe<'a, 'py>,
     pub fixed: Option<&'a Bound<'py, PyDict>>,
     pub arm_angle: Option<f64>,
@@ -44,20 +46,24 @@ impl Asked<'_, '_> {
         &self,
         py: Python<'py>,
         robot: &Arc<Robot>,
-        solver: &OnceLock<Result<Inverse>>,
+        solver: &OnceLock<Result<TaskInverse>>,
         pose: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let poses = read_poses("pose", pose)?;
         let near = self.near.map(|near| read_near(near, robot.n(), &poses)).transpose()?;
         let fixed = self.fixed.map(read_fixed).transpose()?;
-        let wanted = Wanted { fixed: fixed.as_deref().unwrap_or_default(), limits: self.limits, turns: self.turns };
+        let task = self.task.unwrap_or(Task::FULL);
+        let wanted = Wanted { task, fixed: fixed.as_deref().unwrap_or_default(), limits: self.limits, turns: self.turns };
         let request = match (self.arm_angle, self.samples, &fixed) {
             (Some(_), _, Some(_)) => return Err(Error::value("arm_angle", "given beside fixed", "one of the two").into()),
             (Some(_), Some(_), _) => return Err(Error::value("samples", "given beside arm_angle", "one of the two").into()),
+            (Some(_), None, None) if task != Task::FULL => {
+                return Err(Error::value("arm_angle", "given beside a task", "the whole frame").into());
+            }
             (Some(angle), None, None) => Request::with_arm_angle(robot, angle, wanted)?,
             (None, Some(samples), _) => Request::swept(robot, samples, wanted)?,
-            (None, None, Some(_)) => Request::held(robot, wanted)?,
-            (None, None, None) => Request::six(six(robot, solver)?, wanted),
+            (None, None, None) if task == Task::FULL => Request::whole(whole(robot, solver)?, wanted),
+            (None, None, _) => Request::held(robot, wanted)?,
         };
         match poses {
             Poses::One(pose) => {
@@ -83,9 +89,9 @@ impl Asked<'_, '_> {
     }
 }
 
-/// The solver of six joints, made when first asked for.
-pub fn six<'a>(robot: &Arc<Robot>, solver: &'a OnceLock<Result<Inverse>>) -> Result<&'a Inverse> {
-    solver.get_or_init(|| Inverse::new(robot.clone())).as_ref().map_err(Clone::clone)
+/// The solver of whole frames, made when first asked for.
+pub fn whole<'a>(robot: &Arc<Robot>, solver: &'a OnceLock<Result<TaskInverse>>) -> Result<&'a TaskInverse> {
+    solver.get_or_init(|| TaskInverse::new(robot.clone(), Task::FULL)).as_ref().map_err(Clone::clone)
 }
 
 /// The posture to be near to, or one for each pose.

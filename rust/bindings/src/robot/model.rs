@@ -8,15 +8,16 @@ use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use super::inverse::{Asked, read_fixed, six};
+use super::inverse::{Asked, read_fixed, whole};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::results::SINGULARITY;
 use crate::robot::coupled::{list, with_coupled};
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
+use crate::task::PyTask;
 use redundancy::error::Result;
-use redundancy::inverse::{ArmAngle, Inverse, Structure, branch, singularity};
+use redundancy::inverse::{ArmAngle, Structure, TaskInverse, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{RandomPostures, Robot, parse_joints};
@@ -38,7 +39,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyRobot {
     pub robot: Arc<Robot>,
     /// Made when first asked for.
-    inverse: OnceLock<Result<Inverse>>,
+    inverse: OnceLock<Result<TaskInverse>>,
 }
 
 impl PartialEq for PyRobot {
@@ -450,22 +451,25 @@ impl PyRobot {
         Ok(array)
     }
 
-    /// Every posture that takes the tool to a frame, or to each of many.
+    /// Every posture in which the tool does its task at a frame, or at each of many.
     ///
     /// Parameters
     /// ----------
     /// pose : array_like, shape (4, 4) or (N, 4, 4)
     ///     The tool frame in the base frame [m], or many of them: these are solved on every core, with the GIL released.
+    /// task : Task, optional
+    ///     What of the frame matters; all of it if not given, also for robots of fewer than six joints, which then have postures only where they
+    ///     can reach the whole frame. ``Task.axisymmetric()`` is for five joints and the tool's axis, ``Task.position()`` for three joints.
     /// near : array_like, shape (n,), optional
     ///     A posture [rad or m], such as where the robot stands: the answer is in order of the Euclidean norm of the difference from it, joints by the
     ///     whole turn nearest to it (with ``limits`` the nearest that they allow). A joint that may be chosen in a singular posture is where this
     ///     posture has it, or as near as it can be. With many poses one for all, or (N, n), one for each.
     /// fixed : dict of int to float, optional
-    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
+    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more joints than the task takes.
     /// arm_angle : float, optional
     ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
     /// samples : int, optional
-    ///     For a robot of seven joints that are not held: one of them is held at so many values over its limits (a turn without), and the postures of
+    ///     For a robot with one joint more than the task takes: one is held at so many values over its limits (a turn without), and the postures of
     ///     all of them are returned; with ``near`` also those with its value. The joint is the one whose holding leaves a closed form, of several the one
     ///     with the largest share in the self-motion. Never complete.
     /// limits : bool
@@ -480,31 +484,37 @@ impl PyRobot {
     /// q : ndarray, shape (k, n)
     ///     Postures [rad or m], k from 0 to 16 (more with ``turns`` and ``samples``); without ``near`` each joint within half a turn of the middle of its
     ///     range (of 0 without limits), in the order of their branches where `branch` has names for them, else of joint 1, then joint 2 and so on. Each
-    ///     takes the tool to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice. Of many poses shape (K, n), pose by pose.
+    ///     does the task to 1e-10 (rad, and m over the size of the robot; to 1e-8 where the task asks for more than the robot
+    ///     has joints) and none comes twice.
     /// frame : ndarray of int, shape (K,)
     ///     With many poses: the number of the pose of each posture, counted from 0.
     /// singular : ndarray of bool, shape (k,)
     ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then; with
     ///     ``limits`` as near to it as these let).
     /// complete : bool
-    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination). With many poses (N,), one each.
+    ///     With ``report``: false where there may be others (a continuum, a geometry that defeats the elimination, or one that is searched). With many poses
+    ///     (N,), one each.
     ///
     /// Raises
     /// ------
     /// ShapeError, NonFiniteError
     ///     If an array has the wrong shape or holds NaN or infinities; the message has the number of the pose, ``pose[3]``.
     /// InvalidValueError
-    ///     If a pose is no rigid transform, if six revolute joints are not what is left, or the arm has no arm angle.
+    ///     If a pose is no rigid transform, if joints are to spare (the message tells which can be held), or the arm has no arm angle.
     ///
     /// Notes
     /// -----
-    /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
-    /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
-    #[pyo3(signature = (pose, *, near=None, fixed=None, arm_angle=None, samples=None, limits=false, turns=false, report=false))]
+    /// Closed forms for three neighbouring axes through a point (Pieper 1968; the other three joints revolute or prismatic in any order, before or
+    /// behind it), for three parallel ones and for three prismatic joints anywhere; other geometries of six revolute joints by elimination to a
+    /// polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows. A motion that the task leaves free counts as a
+    /// joint at the tool, and where there are fewer than six, joints that stay at 0 make six. What has no such form (one or two prismatic joints
+    /// without a wrist; a task whose free motion is no joint's) is searched by Newton from many starts, and told to be incomplete.
+    #[pyo3(signature = (pose, *, task=None, near=None, fixed=None, arm_angle=None, samples=None, limits=false, turns=false, report=false))]
     fn inverse<'py>(
         &self,
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
+        task: Option<&PyTask>,
         near: Maybe<'_, 'py>,
         fixed: Option<&Bound<'py, PyDict>>,
         arm_angle: Option<f64>,
@@ -513,7 +523,8 @@ impl PyRobot {
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        Asked { near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
+        let task = task.map(|task| task.task);
+        Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
     }
 
     /// The name of a posture's branch: shoulder, elbow and wrist, as in ``"front, up, no flip"``.
@@ -575,14 +586,18 @@ impl PyRobot {
         Ok(SINGULARITY.make(py, (found.kind, found.value, twist, joints))?)
     }
 
-    /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
-    /// parallel) or "general"; "none" without six revolute joints.
+    /// What the inverse kinematics of whole frames is built on: "wrist" (three neighbouring revolute axes meet in a point), "parallel" (three
+    /// neighbouring axes are parallel) or "general" for six revolute joints; "wrist" or "sliding" (three joints slide, three turn) for six joints
+    /// some of which are prismatic; of a robot of fewer joints, that of six joints of which it is a part; "search" where none of these is known;
+    /// "none" where joints are to spare.
     #[getter]
     fn structure(&self) -> &'static str {
-        match six(&self.robot, &self.inverse).map(Inverse::structure) {
-            Ok(Structure::Wrist { .. }) => "wrist",
-            Ok(Structure::Parallel { .. }) => "parallel",
-            Ok(Structure::General) => "general",
+        match whole(&self.robot, &self.inverse).map(TaskInverse::structure) {
+            Ok(Some(Structure::Wrist { .. })) => "wrist",
+            Ok(Some(Structure::Parallel { .. })) => "parallel",
+            Ok(Some(Structure::General)) => "general",
+            Ok(Some(Structure::Sliding)) => "sliding",
+            Ok(None) => "search",
             Err(_) => "none",
         }
     }

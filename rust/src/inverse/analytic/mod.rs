@@ -6,13 +6,13 @@
 
 mod arm_angle;
 mod branches;
-mod circle;
+pub(super) mod circle;
 mod parallel;
-mod regional;
+pub(super) mod regional;
 mod solutions;
 mod solver;
-mod structure;
-mod wrist;
+pub(super) mod structure;
+pub(super) mod wrist;
 
 pub use arm_angle::ArmAngle;
 pub(super) use branches::Factors;

@@ -71,7 +71,7 @@ impl Inverse {
                 l2.axes[2][0].hypot(l2.axes[2][1]) < 1e-9
             }
             Structure::Parallel { .. } => true,
-            Structure::General => false,
+            Structure::General | Structure::Sliding => false,
         }
     }
 
@@ -84,11 +84,11 @@ impl Inverse {
         match self.structure {
             Structure::Wrist { first, before, after } => decoupled(&entered(&links, first), before, after, &mut found),
             Structure::Parallel { first } => parallel(&entered(&links, first), &mut found),
-            Structure::General => general_loop(&links, &mut found),
+            Structure::General | Structure::Sliding => general_loop(&links, &mut found),
         }
         let first = match self.structure {
             Structure::Wrist { first, .. } | Structure::Parallel { first } => first,
-            Structure::General => 0,
+            Structure::General | Structure::Sliding => 0,
         };
         if first > 0 {
             for q in &mut found.q[..found.count] {

@@ -32,6 +32,8 @@ pub enum Structure {
     },
     /// Neither.
     General,
+    /// Three joints slide: the others turn the tool, then these bring it where it has to be.
+    Sliding,
 }
 
 /// The loop entered `first` joints later.
