@@ -16,6 +16,7 @@ from tests.reference.chain import F64
 PANDA = rd.robots.get("panda")
 GENERAL = random_arm(np.random.default_rng(9), "general").robot()
 ROBOTS = {"wrist": IRB120, "parallel": UR5E, "general": GENERAL, "seven": KUKA, "offset": PANDA}
+ROBOTS |= {"slides": rd.robots.get("stanford_arm"), "five": IRB120.with_fixed({5: 0.0})}
 CALLS: list[tuple[str, dict[str, Any]]] = [
     ("wrist", {}),
     ("wrist", {"limits": True}),
@@ -24,6 +25,9 @@ CALLS: list[tuple[str, dict[str, Any]]] = [
     ("seven", {"fixed": {2: 0.3}, "limits": True}),
     ("seven", {"arm_angle": 0.4}),
     ("offset", {"samples": 9}),
+    ("slides", {"limits": True}),
+    ("five", {"task": rd.Task.axisymmetric((0, 0, 1))}),
+    ("wrist", {"task": rd.Task.axisymmetric((0, 0, 1)), "samples": 9}),
 ]
 
 

@@ -90,6 +90,18 @@ def test_beside_held_joints() -> None:
     np.testing.assert_allclose(postures[0], q, rtol=0, atol=1e-8)
 
 
+def test_a_tool_that_may_spin() -> None:
+    task = rd.Task.axisymmetric((0, 0, 1))
+    for q in IRB120.random_postures(5, 2):
+        pose = IRB120.fk(q)
+        postures = IRB120.inverse(pose, task=task, samples=20, near=q)
+        np.testing.assert_allclose(postures[0], q, rtol=0, atol=1e-9)
+        # Place and axis of the tool.
+        np.testing.assert_allclose(
+            IRB120.fk(postures)[:, :3, 2:], np.broadcast_to(pose[:3, 2:], (len(postures), 3, 2)), atol=1e-9
+        )
+
+
 WRONG: list[tuple[rd.Robot, F64, dict[str, Any]]] = [
     (IRB120, POSE, {"samples": 5}),
     (PANDA, POSE7, {"samples": 5, "fixed": {0: 0.1}}),
