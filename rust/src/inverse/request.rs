@@ -122,12 +122,18 @@ impl<'a> Request<'a> {
     }
 
     fn answer(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
-        let mut found = self.found(target, near);
+        let found = match &self.way {
+            Way::Whole(inverse) => Postures::of(inverse, target),
+            _ => self.found(target, near),
+        };
+        if near.is_none() && !self.wanted.limits && !self.wanted.turns { found } else { self.among(found, target, near) }
+    }
+
+    /// What the limits leave of an answer, in order of nearness.
+    #[inline(never)]
+    fn among(&self, mut found: Postures, target: &Frame, near: Option<&[f64]>) -> Postures {
         let Wanted { task, fixed, limits, turns } = self.wanted;
         let inside = limits || turns;
-        if near.is_none() && !inside {
-            return found;
-        }
         let (stay, anywhere) = (self.stay(), !matches!(self.way, Way::Plane(..)));
         let nearness = Nearness { robot: self.robot, task: &task, target, near: near.unwrap_or_default(), stay: &stay, fixed, anywhere };
         if near.is_some() {
@@ -151,6 +157,7 @@ impl<'a> Request<'a> {
         }
     }
 
+    #[inline(never)]
     fn found(&self, target: &Frame, near: Option<&[f64]>) -> Postures {
         let n = self.robot.n();
         match &self.way {
