@@ -13,6 +13,7 @@ mod sweep;
 
 pub use analytic::{ArmAngle, Branch, Inverse, MAX_SOLUTIONS, Solutions, Structure, branch};
 pub use any::TaskInverse;
+pub(crate) use coupled::least_squares;
 pub use newton::{Reach, reach};
 pub(crate) use newton::{error_at, reach_holding, reach_sized};
 pub use postures::Postures;

@@ -56,6 +56,7 @@ pub(super) fn coupled_rows<const C: usize>(
 }
 
 /// Least and greatest rate of a combination whose value lies among its limits.
+#[inline(never)]
 fn coupled_interval(
     limits: &Limits,
     row: &[f64],

@@ -1,14 +1,14 @@
 //! Limits on combinations of joints in the ticks of every method: where rates would cross one, the nearest rates that do not, the task first.
 
 use super::bounds::{coupled_rows, speed_bounds};
+use crate::inverse::least_squares;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::MAX_JOINTS;
-use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
+use crate::qp::DenseRow;
 use crate::robot::{MAX_COMBINATIONS, Robot};
 use crate::task::Task;
 
-/// Weight of the task's deviation beside that of the rates, over the squared size of the task's Jacobian: the task comes first, to as many digits as
-/// the programme has left.
+/// Squared size of the task's Jacobian over the damping: the task comes first, to as many digits as the programme has left.
 const TASK_FIRST: f64 = 1e8;
 /// A row fails when it does by more than this, relative to what it is made of.
 const FAILS: f64 = 1e-12;
@@ -40,23 +40,15 @@ pub(super) fn keep_combinations(robot: &Robot, task: &Task, length: f64, q: &[f6
     let (tool, columns) = jacobian::<MAX_JOINTS>(robot, q);
     let task_rows = task.directions(&tool, length).rows(&columns);
     let size: f64 = task_rows.iter().flatten().map(|x| x * x).sum();
-    let (mut h, mut g) = ([[0.0; MAX_JOINTS]; MAX_JOINTS], [0.0; MAX_JOINTS]);
-    let weight = if size > 0.0 { TASK_FIRST / size } else { 0.0 };
-    for i in 0..n {
-        for j in 0..n {
-            h[i][j] = weight * task_rows.iter().map(|row| row[i] * row[j]).sum::<f64>();
-        }
-        h[i][i] += 1.0;
+    let mut made = [0.0; 6];
+    for (made, row) in made.iter_mut().zip(&task_rows) {
+        *made = row.iter().zip(&*rates).map(|(a, x)| a * x).sum();
     }
-    for i in 0..n {
-        g[i] = -(0..n).map(|j| h[i][j] * rates[j]).sum::<f64>();
-    }
-    let found = qp::minimise(&Problem { n, h: &h, g: &g, lower: &low, upper: &high, rows }, &ActiveSet::default());
-    if found.status == Status::Solved {
-        rates.copy_from_slice(&found.x[..n]);
-    } else {
+    let damping = if size > 0.0 { size / TASK_FIRST } else { 1.0 };
+    match least_squares(n, (&task_rows, &made), (damping, rates), (&low, &high), rows) {
+        Some(found) => rates.copy_from_slice(&found[..n]),
         // Limits that exclude each other on the way back: to stand still makes nothing worse.
-        rates.fill(0.0);
+        None => rates.fill(0.0),
     }
     Kept { held: true, returning }
 }

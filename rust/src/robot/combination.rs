@@ -39,7 +39,7 @@ impl Combination {
     }
 
     /// The value at a posture.
-    #[inline]
+    #[inline(never)]
     pub fn value(&self, q: &[f64]) -> f64 {
         self.row.iter().zip(q).map(|(c, x)| c * x).sum()
     }
@@ -50,6 +50,7 @@ impl Combination {
     }
 
     /// Distance of a posture to the nearer limit, in the joints, negative beyond it.
+    #[inline(never)]
     pub fn margin(&self, q: &[f64]) -> f64 {
         let value = self.value(q);
         (value - self.low).min(self.high - value) / self.norm()

@@ -101,6 +101,7 @@ impl Limits {
     }
 
     /// What its own limits and those on combinations leave joint `i`, wherever the others are within their own.
+    #[inline(never)]
     pub fn range(&self, i: usize) -> (f64, f64) {
         let (mut low, mut high) = (self.q_min[i], self.q_max[i]);
         for Combination { row, low: least, high: most } in self.coupled.iter().filter(|it| it.row[i] != 0.0) {
@@ -142,12 +143,14 @@ impl Limits {
     }
 
     /// Whether `q` is within the position limits or on one ([`AT_LIMIT`]), those on combinations included; NaN is not.
+    #[inline(never)]
     pub fn contain(&self, q: &[f64]) -> bool {
-        (0..q.len()).all(|i| q[i] >= self.q_min[i] - AT_LIMIT && q[i] <= self.q_max[i] + AT_LIMIT)
+        (0..q.len()).all(|i| q[i] - self.q_min[i] >= -AT_LIMIT && self.q_max[i] - q[i] >= -AT_LIMIT)
             && self.coupled.iter().all(|it| it.margin(q) >= -AT_LIMIT)
     }
 
     /// Puts coordinates that rounding has taken beyond a limit of theirs onto it; whether `q` is within all limits, else it stays as it is.
+    #[inline(never)]
     pub fn settle(&self, q: &mut [f64]) -> bool {
         let within = self.contain(q);
         if within {
@@ -158,6 +161,7 @@ impl Limits {
 
     /// The smallest distance of `q` to a limit, negative outside [rad or m]; infinite without limits. That of a combination is its value's over the length
     /// of its row: how far the joints are from it.
+    #[inline(never)]
     pub fn margin(&self, q: &[f64]) -> f64 {
         let alone = (0..q.len()).map(|i| (q[i] - self.q_min[i]).min(self.q_max[i] - q[i])).fold(f64::INFINITY, f64::min);
         self.coupled.iter().map(|it| it.margin(q)).fold(alone, f64::min)

@@ -20,7 +20,7 @@ use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Structure, TaskInverse, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::robot::{RandomPostures, Robot, parse_joints};
+use redundancy::robot::{AT_LIMIT, RandomPostures, Robot, parse_joints};
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -355,12 +355,7 @@ impl PyRobot {
     /// bool or ndarray of bool, shape (N,)
     ///     True up to 1e-9 beyond a limit: so far a posture is on it. The same everywhere in the package.
     fn within_limits<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let robot = &*self.robot;
-        let within = |q: &[f64], out: &mut [f64]| {
-            out[0] = f64::from(u8::from(robot.limits().contain(q)));
-            Ok(())
-        };
-        Ok(map_rows::<0, 1>(py, robot.n(), q, None, [], within)?.get_item(())?.rich_compare(1.0, CompareOp::Eq)?)
+        Ok(self.limit_margin(py, q)?.rich_compare(-AT_LIMIT, CompareOp::Ge)?)
     }
 
     /// Smallest distance of a posture to a position limit.

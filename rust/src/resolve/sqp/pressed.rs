@@ -3,7 +3,6 @@
 use super::{Bounds, Known, NewtonStep};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::cholesky::Cholesky;
-use crate::linalg::orthogonal::Orthogonal;
 use crate::qp::DenseRow;
 use crate::resolve::StepStatus;
 use crate::robot::MAX_COMBINATIONS;
@@ -11,8 +10,41 @@ use crate::robot::MAX_COMBINATIONS;
 /// A step this near to a limit of a combination, relative to the sizes that it is made of, stands at it.
 const AT: f64 = 1e-10;
 
+/// What holds a posture against the gradient: rows of the task, of combinations at their limits, of joints at theirs, in the room for the largest robots.
+struct Holds {
+    rows: [[f64; MAX_JOINTS]; MAX_JOINTS],
+    count: usize,
+}
+
+impl Holds {
+    /// One row more; whether there is room for it.
+    fn push(&mut self, row: &[f64]) -> bool {
+        let room = self.count < MAX_JOINTS;
+        if room {
+            self.rows[self.count][..row.len()].copy_from_slice(row);
+            self.count += 1;
+        }
+        room
+    }
+
+    /// The forces along the rows that are nearest to a gradient; `None` where the rows depend on each other.
+    #[inline(never)]
+    fn forces(&self, gradient: &[f64]) -> Option<[f64; MAX_JOINTS]> {
+        let inner = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut products, mut along) = ([[0.0; MAX_JOINTS]; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        for j in 0..self.count {
+            for l in 0..self.count {
+                products[j][l] = inner(&self.rows[j], &self.rows[l]);
+            }
+            along[j] = inner(&self.rows[j], gradient);
+        }
+        Some(Cholesky::new(&products, self.count)?.solve(&along))
+    }
+}
+
 /// The step with the combinations whose limits it goes to held there: they take their part of the gradient, so that the forces of the task, and with them the
-/// curvature, are those at the minimum, and convergence is quadratic. The step as it is where it goes to none.
+/// curvature, are those at the minimum, and convergence is quadratic. The step as it is where it goes to none. A force needs few digits: it only tells of the
+/// curvature.
 #[cold]
 #[inline(never)]
 pub(super) fn pressed<const C: usize>(
@@ -21,60 +53,46 @@ pub(super) fn pressed<const C: usize>(
     step: NewtonStep<C>,
     again: impl Fn(&Known<'_, C>, &Bounds<'_, C>) -> NewtonStep<C>,
 ) -> NewtonStep<C> {
-    let n = known.jacobian.n();
-    let inner = |a: &[f64; C], b: &[f64; C]| (0..n).map(|i| a[i] * b[i]).sum::<f64>();
+    let (n, m) = (known.jacobian.n(), known.constraint.dimension());
     let mut rows = [DenseRow::<C>::OPEN; MAX_COMBINATIONS];
     rows[..bounds.rows.len()].copy_from_slice(bounds.rows);
-    let mut active = [0; MAX_COMBINATIONS];
-    let mut count = 0;
-    for (k, row) in rows[..bounds.rows.len()].iter_mut().enumerate() {
-        let value = inner(&row.a, &step.dq);
-        let size = (0..n).fold(f64::EPSILON, |sum, i| sum + (row.a[i] * step.dq[i]).abs());
+    let rows = &mut rows[..bounds.rows.len()];
+    let mut holds = Holds { rows: [[0.0; MAX_JOINTS]; MAX_JOINTS], count: 0 };
+    let mut room = true;
+    for row in known.constraint.jacobian(known.jacobian).iter().take(m) {
+        room &= holds.push(&row[..n]);
+    }
+    for row in rows.iter_mut() {
+        let (mut value, mut size) = (0.0, f64::EPSILON);
+        for i in 0..n {
+            value += row.a[i] * step.dq[i];
+            size += (row.a[i] * step.dq[i]).abs();
+        }
         let end = if value >= 0.0 { row.upper } else { row.lower };
         if (value - end).abs() <= AT * size {
             (row.lower, row.upper) = (end, end);
-            active[count] = k;
-            count += 1;
+            room &= holds.push(&row.a[..n]);
         }
     }
-    if count == 0 {
-        return step;
-    }
-    // The gradient along the free motion as far as the combinations hold it.
-    let m = known.constraint.dimension();
-    let basis = Orthogonal::new(&known.constraint.jacobian(known.jacobian), n, m).null_space();
-    let free = |a: &[f64; C]| -> [f64; C] { std::array::from_fn(|z| if z + m < n { inner(a, &basis[z]) } else { 0.0 }) };
-    let slopes = free(&known.objective.gradient);
-    let mut normals = [[0.0; C]; MAX_JOINTS];
-    let mut all = count;
-    for (normal, k) in normals.iter_mut().zip(&active[..count]) {
-        *normal = free(&rows[*k].a);
-    }
+    let combinations = m..holds.count;
     // Joints that stand at their own limits hold their part of it.
     for i in (0..n).filter(|i| step.held >> i & 1 == 1) {
-        if all < MAX_JOINTS {
-            normals[all] = free(&std::array::from_fn(|k| f64::from(u8::from(k == i))));
-            all += 1;
-        }
+        room &= holds.push(&std::array::from_fn::<f64, MAX_JOINTS, _>(|k| f64::from(u8::from(k == i)))[..n]);
     }
-    let (mut products, mut along) = ([[0.0; MAX_JOINTS]; MAX_JOINTS], [0.0; MAX_JOINTS]);
-    for j in 0..all {
-        for l in 0..all {
-            products[j][l] = inner(&normals[j], &normals[l]);
-        }
-        along[j] = inner(&normals[j], &slopes);
+    if combinations.is_empty() || !room {
+        return step;
     }
-    let Some(factor) = Cholesky::<MAX_JOINTS>::new(&products, all) else { return step };
-    let forces = factor.solve(&along);
+    let Some(forces) = holds.forces(&known.objective.gradient[..n]) else { return step };
     let mut objective = *known.objective;
-    for j in 0..count {
+    for j in combinations.clone() {
         for i in 0..n {
-            objective.gradient[i] -= forces[j] * rows[active[j]].a[i];
+            objective.gradient[i] -= forces[j] * holds.rows[j][i];
         }
     }
-    let held = Bounds { rows: &rows[..bounds.rows.len()], ..*bounds };
-    let mut out = again(&Known { objective: &objective, ..*known }, &held);
-    out.slope += (0..count).map(|j| forces[j] * inner(&rows[active[j]].a, &out.dq)).sum::<f64>();
+    let mut out = again(&Known { objective: &objective, ..*known }, &Bounds { rows, ..*bounds });
+    for j in combinations {
+        out.slope += forces[j] * (0..n).map(|i| holds.rows[j][i] * out.dq[i]).sum::<f64>();
+    }
     if !(out.free > 0.0 && out.slope < 0.0) {
         return step;
     }
