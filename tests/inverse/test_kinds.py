@@ -175,7 +175,9 @@ def test_as_many_joints_as_the_task_takes_or_fewer(kind: str, seed: int, special
 def test_none_is_missing_for_a_task(joints: str, kind: str) -> None:
     rng = np.random.default_rng(8)
     n = len(joints)
-    chain = Chain(*rng.uniform(-0.5, 0.5, (2, n)), *rng.uniform(-np.pi, np.pi, (2, n)), joints, tool=random_frame(rng))
+    a, d = rng.uniform(-0.5, 0.5, (2, n))
+    alpha, theta = rng.uniform(-np.pi, np.pi, (2, n))
+    chain = Chain(a, d, alpha, theta, joints, tool=random_frame(rng))
     pose = chain.fk(any_posture(rng, joints))
     solutions, _, complete = chain.robot().inverse(pose, task=AXIS if kind == "axis" else POSITION, report=True)
     assert complete
@@ -184,9 +186,8 @@ def test_none_is_missing_for_a_task(joints: str, kind: str) -> None:
         q = any_posture(rng, joints)
         for _ in range(60):
             error, jacobian = task_rows(chain, q, pose, kind)
-            step = np.linalg.solve(
-                jacobian.T @ jacobian + min(1e-2, error @ error) * np.eye(n) + 1e-14 * np.eye(n), jacobian.T @ error
-            )
+            damping = min(1e-2, float(error @ error)) + 1e-14
+            step = np.linalg.solve(jacobian.T @ jacobian + damping * np.eye(n), jacobian.T @ error)
             q = q + step / max(1.0, np.abs(step).max() / 0.7)
             if np.abs(error).max() < 1e-12:
                 break
@@ -307,7 +308,8 @@ def test_singular_places_of_polar_and_cylindrical_arms() -> None:
         q = np.array([0.4, 0.2, reach, 0.3, 0.6, -0.2])
         solutions, singular, complete = cylinder.inverse(cylinder.fk(q), report=True)
         assert len(solutions)
-        assert (singular.any(), complete) == (flagged, not flagged)
+        assert bool(singular.any()) == flagged
+        assert complete == (not flagged)
 
 
 def test_a_whole_frame_is_the_default_for_five_joints() -> None:

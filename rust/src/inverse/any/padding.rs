@@ -4,7 +4,7 @@ use super::chain::{Chain, Role, along};
 use super::six::Six;
 use crate::error::Result;
 use crate::inverse::Structure;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{cross, norm, unit};
@@ -51,7 +51,7 @@ fn spread(chain: &Chain, six: &Six) -> f64 {
         let mut q = [0.0; 6];
         postures.fill(robot, &mut q);
         q.iter_mut().zip(&chain.roles).filter(|(_, role)| **role == Role::Still).for_each(|(x, _)| *x = 0.0);
-        let (tool, columns) = jacobian::<6>(robot, &q);
+        let (tool, columns) = jacobian_at(robot, &q);
         let rows = Task::FULL.directions(&tool, if size > 0.0 { size } else { 1.0 }).rows(&columns);
         best.max(Orthogonal::new(&rows, 6, 6).spread())
     })
