@@ -11,6 +11,7 @@ from tests.reference.chain import F64, Chain, random_frame
 
 AXIS, POSITION, FULL = rd.Task.axisymmetric(), rd.Task.position(), rd.Task.full()
 STANFORD = rd.robots.get("stanford_arm")
+QUARTER = np.pi / 2
 REGULAR = 1e-3
 """Least singular value of a posture that has to be found."""
 
@@ -284,9 +285,8 @@ def test_stanford_arm() -> None:
 
 
 def test_singular_places_of_polar_and_cylindrical_arms() -> None:
-    quarter = np.pi / 2
     polar = rd.Robot.from_dh(
-        [0.0] * 6, [0.4, 0, 0, 0, 0, 0.1], [-quarter, quarter, 0, -quarter, quarter, 0], [0.0] * 6, "RRPRRR"
+        [0.0] * 6, [0.4, 0, 0, 0, 0, 0.1], [-QUARTER, QUARTER, 0, -QUARTER, QUARTER, 0], [0.0] * 6, "RRPRRR"
     )
     # The wrist's centre on axis 1: the first turn is free.
     q = np.array([0.4, 0.0, 0.5, 0.3, 0.6, -0.2])
@@ -302,7 +302,7 @@ def test_singular_places_of_polar_and_cylindrical_arms() -> None:
     assert singular.any()
     # A cylindrical arm whose slide is drawn in: the wrist on axis 1 again.
     cylinder = rd.Robot.from_dh(
-        [0.0] * 6, [0, 0, 0, 0, 0, 0.1], [0, -quarter, 0, -quarter, quarter, 0], [0.0] * 6, "RPPRRR"
+        [0.0] * 6, [0, 0, 0, 0, 0, 0.1], [0, -QUARTER, 0, -QUARTER, QUARTER, 0], [0.0] * 6, "RPPRRR"
     )
     for reach, flagged in [(0.3, False), (0.0, True)]:
         q = np.array([0.4, 0.2, reach, 0.3, 0.6, -0.2])
@@ -310,6 +310,24 @@ def test_singular_places_of_polar_and_cylindrical_arms() -> None:
         assert len(solutions)
         assert bool(singular.any()) == flagged
         assert complete == (not flagged)
+
+
+@pytest.mark.parametrize("joints", ["RRRPRR", "RRPRRR"])
+@pytest.mark.parametrize("down", [0.0, np.pi])
+def test_a_slide_along_the_axis_of_its_neighbour_may_stand_in_a_wrist(joints: str, down: float) -> None:
+    # A SCARA whose quill carries two more turns: the axes of the last three turns meet, wherever the slide is.
+    rng = np.random.default_rng(11)
+    a, d = np.array([0.4, 0.3, 0, 0, 0, 0]), np.array([0.2, 0, 0, 0, 0, 0.1])
+    alpha = np.array([0, down, 0 if joints == "RRPRRR" else down, QUARTER, -QUARTER, 0])
+    chain = Chain(a, d, alpha, rng.uniform(-1, 1, 6), joints)
+    robot = chain.robot()
+    assert robot.structure == "wrist"
+    for _ in range(20):
+        q = any_posture(rng, joints)
+        solutions, _, complete = robot.inverse(chain.fk(q), report=True)
+        assert complete
+        assert len(solutions) == 4
+        assert apart(solutions, q, joints).min() < 1e-9
 
 
 def test_a_whole_frame_is_the_default_for_five_joints() -> None:

@@ -56,6 +56,11 @@ impl Six {
         &self.robot
     }
 
+    /// What moves its joints.
+    pub fn roles(&self) -> &[Role; 6] {
+        &self.roles
+    }
+
     /// What the solution is built on.
     pub fn structure(&self) -> Structure {
         match &self.form {
