@@ -11,6 +11,7 @@ from tests.reference.chain import F64, Chain, random_frame
 
 AXIS, POSITION, FULL = rd.Task.axisymmetric(), rd.Task.position(), rd.Task.full()
 STANFORD = rd.robots.get("stanford_arm")
+QUARTER = np.pi / 2
 REGULAR = 1e-3
 """Least singular value of a posture that has to be found."""
 
@@ -175,7 +176,9 @@ def test_as_many_joints_as_the_task_takes_or_fewer(kind: str, seed: int, special
 def test_none_is_missing_for_a_task(joints: str, kind: str) -> None:
     rng = np.random.default_rng(8)
     n = len(joints)
-    chain = Chain(*rng.uniform(-0.5, 0.5, (2, n)), *rng.uniform(-np.pi, np.pi, (2, n)), joints, tool=random_frame(rng))
+    a, d = rng.uniform(-0.5, 0.5, (2, n))
+    alpha, theta = rng.uniform(-np.pi, np.pi, (2, n))
+    chain = Chain(a, d, alpha, theta, joints, tool=random_frame(rng))
     pose = chain.fk(any_posture(rng, joints))
     solutions, _, complete = chain.robot().inverse(pose, task=AXIS if kind == "axis" else POSITION, report=True)
     assert complete
@@ -184,9 +187,8 @@ def test_none_is_missing_for_a_task(joints: str, kind: str) -> None:
         q = any_posture(rng, joints)
         for _ in range(60):
             error, jacobian = task_rows(chain, q, pose, kind)
-            step = np.linalg.solve(
-                jacobian.T @ jacobian + min(1e-2, error @ error) * np.eye(n) + 1e-14 * np.eye(n), jacobian.T @ error
-            )
+            damping = min(1e-2, float(error @ error)) + 1e-14
+            step = np.linalg.solve(jacobian.T @ jacobian + damping * np.eye(n), jacobian.T @ error)
             q = q + step / max(1.0, np.abs(step).max() / 0.7)
             if np.abs(error).max() < 1e-12:
                 break
@@ -283,9 +285,8 @@ def test_stanford_arm() -> None:
 
 
 def test_singular_places_of_polar_and_cylindrical_arms() -> None:
-    quarter = np.pi / 2
     polar = rd.Robot.from_dh(
-        [0.0] * 6, [0.4, 0, 0, 0, 0, 0.1], [-quarter, quarter, 0, -quarter, quarter, 0], [0.0] * 6, "RRPRRR"
+        [0.0] * 6, [0.4, 0, 0, 0, 0, 0.1], [-QUARTER, QUARTER, 0, -QUARTER, QUARTER, 0], [0.0] * 6, "RRPRRR"
     )
     # The wrist's centre on axis 1: the first turn is free.
     q = np.array([0.4, 0.0, 0.5, 0.3, 0.6, -0.2])
@@ -301,13 +302,32 @@ def test_singular_places_of_polar_and_cylindrical_arms() -> None:
     assert singular.any()
     # A cylindrical arm whose slide is drawn in: the wrist on axis 1 again.
     cylinder = rd.Robot.from_dh(
-        [0.0] * 6, [0, 0, 0, 0, 0, 0.1], [0, -quarter, 0, -quarter, quarter, 0], [0.0] * 6, "RPPRRR"
+        [0.0] * 6, [0, 0, 0, 0, 0, 0.1], [0, -QUARTER, 0, -QUARTER, QUARTER, 0], [0.0] * 6, "RPPRRR"
     )
     for reach, flagged in [(0.3, False), (0.0, True)]:
         q = np.array([0.4, 0.2, reach, 0.3, 0.6, -0.2])
         solutions, singular, complete = cylinder.inverse(cylinder.fk(q), report=True)
         assert len(solutions)
-        assert (singular.any(), complete) == (flagged, not flagged)
+        assert bool(singular.any()) == flagged
+        assert complete == (not flagged)
+
+
+@pytest.mark.parametrize("joints", ["RRRPRR", "RRPRRR"])
+@pytest.mark.parametrize("down", [0.0, np.pi])
+def test_a_slide_along_the_axis_of_its_neighbour_may_stand_in_a_wrist(joints: str, down: float) -> None:
+    # A SCARA whose quill carries two more turns: the axes of the last three turns meet, wherever the slide is.
+    rng = np.random.default_rng(11)
+    a, d = np.array([0.4, 0.3, 0, 0, 0, 0]), np.array([0.2, 0, 0, 0, 0, 0.1])
+    alpha = np.array([0, down, 0 if joints == "RRPRRR" else down, QUARTER, -QUARTER, 0])
+    chain = Chain(a, d, alpha, rng.uniform(-1, 1, 6), joints)
+    robot = chain.robot()
+    assert robot.structure == "wrist"
+    for _ in range(20):
+        q = any_posture(rng, joints)
+        solutions, _, complete = robot.inverse(chain.fk(q), report=True)
+        assert complete
+        assert len(solutions) == 4
+        assert apart(solutions, q, joints).min() < 1e-9
 
 
 def test_a_whole_frame_is_the_default_for_five_joints() -> None:

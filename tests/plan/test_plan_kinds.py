@@ -15,9 +15,9 @@ QUARTER = np.pi / 2
 def five_joints() -> rd.Robot:
     """Return yaw, three pitches and roll, with a tool that leans against the last axis."""
     tool = np.eye(4)
-    tool[:3] = [[0, 0, 1, 0.1], [0, 1, 0, 0], [-1, 0, 0, 0.1]]
-    table = ([0, 0.4, 0.3, 0, 0], [0.3, 0, 0, 0, 0.15], [QUARTER, 0, 0, -QUARTER, 0], [0] * 5)
-    return rd.Robot.from_dh(*table, tool=tool, q_min=[-4] * 5, q_max=[4] * 5, name="five")
+    tool[:3] = np.array([[0, 0, 1, 0.1], [0, 1, 0, 0], [-1, 0, 0, 0.1]])
+    a, d, alpha = [0, 0.4, 0.3, 0, 0], [0.3, 0, 0, 0, 0.15], [QUARTER, 0, 0, -QUARTER, 0]
+    return rd.Robot.from_dh(a, d, alpha, [0] * 5, tool=tool, q_min=[-4] * 5, q_max=[4] * 5, name="five")
 
 
 def slides(hand: int) -> tuple[list[float], list[float], list[float], list[float], str]:

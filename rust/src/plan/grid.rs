@@ -64,11 +64,7 @@ impl SpareGrid {
             let letters = robot.joint_letters();
             let left: String = letters.chars().enumerate().filter(|(i, _)| !joints.contains(i)).map(|(_, letter)| letter).collect();
             let given = format!("{}, which leaves the joints '{left}' of '{letters}'", tuple(&joints));
-            return Err(Error::value(
-                "spare",
-                given,
-                "six revolute ones, or others of which the task and its free spin leave none to spare",
-            ));
+            return Err(Error::value("spare", given, "six revolute ones, or as many as the task and its free spin take"));
         };
         let spins = can_spin(&rest, task);
         let mut values = vec![Vec::new()];
@@ -105,9 +101,8 @@ pub fn cell_task(spins: bool, task: &Task) -> Task {
 
 /// Whether a cell of the grid leaves no joint to spare of what is left of a robot, whose tool can spin still if it could.
 fn fits(robot: &Robot, rest: &Robot, task: &Task) -> bool {
-    let six = rest.n() == MOVING && rest.joints().iter().all(|joint| *joint == Joint::Revolute);
     let spins = can_spin(robot, task);
-    six || (can_spin(rest, task) == spins && cell_task(spins, task).rank(rest) == rest.n())
+    can_spin(rest, task) == spins && cell_task(spins, task).rank(rest) == rest.n()
 }
 
 /// The joints to hold: all that slide beside six that turn, and those without which the rest has a closed form.

@@ -1,7 +1,7 @@
 //! How redundant a robot is for a task.
 
 use super::Task;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::svd::Svd;
 use crate::robot::{RandomPostures, Robot};
@@ -20,7 +20,7 @@ impl Task {
         let mut rank = 0;
         for _ in 0..POSTURES {
             postures.fill(robot, &mut q[..n]);
-            let (tool, columns) = jacobian::<MAX_JOINTS>(robot, &q[..n]);
+            let (tool, columns) = jacobian_at(robot, &q[..n]);
             let rows = self.directions(&tool, 1.0).rows(&columns);
             let sigma = Svd::<MAX_JOINTS>::new(&rows, n, self.dimension()).sigma;
             rank = rank.max(sigma.iter().filter(|s| **s > NEGLIGIBLE * sigma[0]).count());

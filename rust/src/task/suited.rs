@@ -2,7 +2,7 @@
 
 use super::redundancy::POSTURES;
 use super::{Projector, Reference, Task};
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, cross, dot, norm, scale, unit};
@@ -23,7 +23,7 @@ impl Task {
         let (mut postures, mut q) = (RandomPostures::new(1), [0.0; MAX_JOINTS]);
         for _ in 0..POSTURES {
             postures.fill(robot, &mut q[..n]);
-            let (frame, columns) = jacobian::<MAX_JOINTS>(robot, &q[..n]);
+            let (frame, columns) = jacobian_at(robot, &q[..n]);
             angular.extend_from_slice(&columns.w[..n]);
             linear.extend_from_slice(&columns.v[..n]);
             tool = frame;

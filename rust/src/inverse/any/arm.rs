@@ -136,7 +136,7 @@ impl Arm {
         let left = |k: usize| linear(target[k] - one[0] * first[k], -one[1] * first[k]);
         let right = |k: usize| linear(start[k] + other[0] * third[k], other[1] * third[k]);
         let square = |side: Polynomial| product(&side, &side);
-        self.balance([square(left(0)), square(left(1))], &[square(right(0)), square(right(1))], |t| {
+        self.balance([square(left(0)), square(left(1))], &[square(right(0)), square(right(1))], &mut |t| {
             let (q1, q3) = (one[0] + t * one[1], other[0] + t * other[1]);
             let (turn, free) = self.turn(add(start, scale(q3, third)), sub(target, scale(q1, first)));
             found(Placed { q: [q1, angle_of(turn), q3], free: free.then_some(1) });
@@ -173,7 +173,7 @@ impl Arm {
         points.iter().fold(true, |complete, ((c, s), ..)| {
             let side = |k: usize| linear(row(k)[0] + c * row(k)[1] + s * row(k)[2], axis[k]);
             let squares = [product(&side(0), &side(0)), product(&side(1), &side(1))];
-            self.balance(squares, &[linear(across(self.place), 0.0)], |q2| close((c, s), q2)) && complete
+            self.balance(squares, &[linear(across(self.place), 0.0)], &mut |q2| close((c, s), q2)) && complete
         })
     }
 
@@ -204,7 +204,7 @@ impl Arm {
         if det.abs() > PARALLEL * size {
             let x: Polynomial = std::array::from_fn(|i| (t[1] * f[i] - u[1] * g[i]) / det);
             let y: Polynomial = std::array::from_fn(|i| (u[0] * g[i] - t[0] * f[i]) / det);
-            return self.balance([product(&x, &x), product(&y, &y)], &[radial], |q3| close(q3, [value(&x, q3), value(&y, q3), 0.0]));
+            return self.balance([product(&x, &x), product(&y, &y)], &[radial], &mut |q3| close(q3, [value(&x, q3), value(&y, q3), 0.0]));
         }
         // The combination of the two that does not know q2, and the one that does.
         let (size_u, size_t) = (u[0].hypot(u[1]), t[0].hypot(t[1]));
@@ -219,7 +219,7 @@ impl Arm {
             return false;
         };
         let mut complete = true;
-        let known = self.roots(&alone, size.powi(power), |q3| {
+        let known = self.roots(&alone, size.powi(power), &mut |q3| {
             let at = wrist(q3);
             let line = Turned { constant: 0.0, ..Turned::new([direction[0], direction[1], 0.0], at) };
             match on_line(&line, value(&row, q3), norm(direction) * size) {
@@ -235,15 +235,15 @@ impl Arm {
     }
 
     /// The real roots of a sum of squares less others, as [`Arm::roots`].
-    fn balance(&self, plus: [Polynomial; 2], minus: &[Polynomial], each: impl FnMut(f64)) -> bool {
+    fn balance(&self, plus: [Polynomial; 2], minus: &[Polynomial], each: &mut dyn FnMut(f64)) -> bool {
         let p: Polynomial = std::array::from_fn(|i| plus[0][i] + plus[1][i] - minus.iter().map(|part| part[i]).sum::<f64>());
         let largest = plus.iter().chain(minus).flat_map(|part| self.scaled(part)).fold(0.0f64, |m, x| m.max(x.abs()));
         self.roots(&p, largest.max(self.size().powi(2)), each)
     }
 
     /// The real roots of a polynomial in a slide; false where all numbers are. `scale` is the size of what it is the sum of.
-    fn roots(&self, p: &Polynomial, scale: f64, mut each: impl FnMut(f64)) -> bool {
-        real_roots(&self.scaled(p), scale, |x| each(self.size() * x))
+    fn roots(&self, p: &Polynomial, scale: f64, each: &mut dyn FnMut(f64)) -> bool {
+        real_roots(&self.scaled(p), scale, &mut |x| each(self.size() * x))
     }
 
     /// In the slide over the size of the arm, so that roots are of about 1.

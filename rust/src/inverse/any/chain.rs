@@ -6,6 +6,11 @@ use crate::linalg::vector::{Vec3, cross, perpendicular};
 use crate::robot::{Joint, Robot};
 use crate::task::{Projector, Reference, Task};
 
+/// Directions this near to parallel [rad] count as such; the answers are polished on the true geometry.
+const PARALLEL: f64 = 1e-9;
+/// Orders of a chain's joints at most.
+const MOST_ORDERS: usize = 24;
+
 /// What moves a joint of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
@@ -73,6 +78,46 @@ impl Chain {
         self.joints.insert(at, joint);
         self.roles.insert(at, role);
         self.links.insert(at, place);
+    }
+
+    /// The same motions with neighbours exchanged where one slides along the axis about which the other turns; this chain first.
+    pub fn orders(&self) -> Vec<Self> {
+        let mut all = vec![self.clone()];
+        let mut next = 0;
+        while next < all.len() && all.len() < MOST_ORDERS {
+            for i in 0..self.joints.len() - 1 {
+                if let Some(other) = all[next].exchanged(i)
+                    && !all.iter().any(|known| known.roles == other.roles && known.joints == other.joints)
+                {
+                    all.push(other);
+                }
+            }
+            next += 1;
+        }
+        all
+    }
+
+    /// The same motions with joint `i` after the next one, if they are as [`Chain::orders`] says.
+    fn exchanged(&self, i: usize) -> Option<Self> {
+        let link = self.links[i + 1];
+        if self.joints[i] == self.joints[i + 1] || link.axes[2][0].hypot(link.axes[2][1]) > PARALLEL {
+            return None;
+        }
+        // The slide's direction in the frame of the turn.
+        let slide = if link.axes[2][2] > 0.0 { Frame::IDENTITY } else { along([0.0, 0.0, -1.0]) };
+        let mut out = self.clone();
+        out.joints.swap(i, i + 1);
+        out.roles.swap(i, i + 1);
+        if self.joints[i] == Joint::Prismatic {
+            out.links[i] = self.links[i].compose(&link);
+            out.links[i + 1] = slide;
+        } else {
+            out.links[i] = self.links[i].compose(&slide);
+            out.links[i + 1] = slide.inverse();
+        }
+        let after = out.links.get_mut(i + 2).unwrap_or(&mut out.end);
+        *after = if self.joints[i] == Joint::Prismatic { slide.inverse().compose(after) } else { link.compose(after) };
+        Some(out)
     }
 
     /// As a robot without limits.

@@ -110,7 +110,8 @@ fn check_spare(robot: &Robot, task: &Task) -> Result<()> {
     let kept = |i: &usize| robot.with_fixed(&[(*i, ANYWHERE)]).is_ok_and(|rest| task.rank(&rest) == rank);
     let spare: Vec<String> = (0..n).filter(kept).map(|i| i.to_string()).collect();
     let got = format!("joints {:?}, of which the task takes {rank}", robot.joint_letters());
-    let held = format!("{} of the joints {} held (fixed)", n - rank, spare.join(", "));
+    let count = if spare.len() > n - rank { format!("{} of the joints", n - rank) } else { "joint".into() };
+    let held = format!("{count} {} held (fixed)", spare.join(", "));
     let advice = format!("{held}, an arm_angle, or a task that asks for more");
     Err(Error::value("robot", got, &advice))
 }

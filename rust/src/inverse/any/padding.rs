@@ -4,7 +4,7 @@ use super::chain::{Chain, Role, along};
 use super::six::Six;
 use crate::error::Result;
 use crate::inverse::Structure;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{cross, norm, unit};
@@ -22,8 +22,10 @@ const KEPT: usize = 3;
 pub fn padded(chain: &Chain) -> Result<Vec<Six>> {
     let mut rated: Vec<(usize, f64, Six)> = Vec::new();
     for candidate in candidates(chain) {
-        if let Some(six) = Six::new(&candidate)? {
-            let (effort, spread) = (effort(&six), spread(&candidate, &six));
+        // Another order may have a form where this one has none.
+        let forms = candidate.orders().iter().map(Six::new).collect::<Result<Vec<_>>>()?;
+        if let Some(six) = forms.into_iter().flatten().next() {
+            let (effort, spread) = (effort(&six), spread(&six));
             if spread > SINGULAR || candidate.joints.len() == chain.joints.len() {
                 rated.push((effort, spread, six));
             }
@@ -43,15 +45,15 @@ fn effort(six: &Six) -> usize {
 }
 
 /// Shortest over longest orthogonal row of the Jacobian at the best of some postures with the still joints at 0.
-fn spread(chain: &Chain, six: &Six) -> f64 {
+fn spread(six: &Six) -> f64 {
     let robot = six.robot();
     let size = robot.links().iter().chain([robot.end()]).map(|link| norm(link.origin)).sum::<f64>();
     let mut postures = RandomPostures::new(1);
     (0..POSTURES).fold(0.0, |best: f64, _| {
         let mut q = [0.0; 6];
         postures.fill(robot, &mut q);
-        q.iter_mut().zip(&chain.roles).filter(|(_, role)| **role == Role::Still).for_each(|(x, _)| *x = 0.0);
-        let (tool, columns) = jacobian::<6>(robot, &q);
+        q.iter_mut().zip(six.roles()).filter(|(_, role)| **role == Role::Still).for_each(|(x, _)| *x = 0.0);
+        let (tool, columns) = jacobian_at(robot, &q);
         let rows = Task::FULL.directions(&tool, if size > 0.0 { size } else { 1.0 }).rows(&columns);
         best.max(Orthogonal::new(&rows, 6, 6).spread())
     })

@@ -31,7 +31,7 @@ pub fn value(p: &[f64], x: f64) -> f64 {
 }
 
 /// Calls `each` with every real root; false where all numbers are. `scale` is the size of what `p` is the sum of, for roots of about 1.
-pub fn real_roots(p: &Polynomial, scale: f64, mut each: impl FnMut(f64)) -> bool {
+pub fn real_roots(p: &Polynomial, scale: f64, each: &mut dyn FnMut(f64)) -> bool {
     let largest = p.iter().fold(0.0f64, |m, c| m.max(c.abs()));
     if !(largest > ROUNDING * scale && largest.is_finite()) {
         return false;
@@ -101,7 +101,7 @@ mod tests {
 
     fn roots(p: Polynomial) -> Vec<f64> {
         let mut out = Vec::new();
-        assert!(real_roots(&p, 1.0, |x| out.push(x)));
+        assert!(real_roots(&p, 1.0, &mut |x| out.push(x)));
         out
     }
 
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(roots([1.0, 0.0, 1.0, 0.0, 0.0]), Vec::<f64>::new());
         assert_eq!(roots([0.0, 0.0, 1.0, 0.0, 0.0]), [0.0]);
         assert_eq!(roots([-1.0, 2.0, 0.0, 0.0, 0.0]), [0.5]);
-        assert!(!real_roots(&[0.0; 5], 1.0, |_| {}));
+        assert!(!real_roots(&[0.0; 5], 1.0, &mut |_| {}));
     }
 
     #[test]

@@ -7,9 +7,9 @@ use super::chain::{Chain, Role};
 use crate::error::Result;
 use crate::inverse::analytic::circle::turn_between_values;
 use crate::inverse::analytic::structure::{Turned, angle_of, meeting, point, third_row, unpoint};
-use crate::inverse::analytic::wrist::wrist;
+use crate::inverse::analytic::wrist::{Turns, wrist};
 use crate::inverse::{Inverse, Structure};
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{norm, sub};
 use crate::robot::{Joint, Robot};
@@ -54,6 +54,11 @@ impl Six {
     /// The chain as a robot.
     pub fn robot(&self) -> &Robot {
         &self.robot
+    }
+
+    /// What moves its joints.
+    pub fn roles(&self) -> &[Role; 6] {
+        &self.roles
     }
 
     /// What the solution is built on.
@@ -112,7 +117,7 @@ impl Six {
             }
             let upper = moved(&q, 0..3, Frame::IDENTITY);
             let wanted = Frame { axes: hand.axes.map(|axis| upper.unrotate(axis)), origin: [0.0; 3] };
-            wrist(&l[3], &l[4], &wanted, |w| {
+            each_turn(&l[3], &l[4], &wanted, &mut |w| {
                 let entered = [q[0], q[1], q[2], w.q[0], w.q[1], w.q[2]];
                 let mut own = [0.0; 6];
                 (0..6).for_each(|k| own[joint(k)] = entered[k]);
@@ -136,10 +141,10 @@ impl Six {
         let wanted = Frame { origin: [0.0; 3], ..start }.inverse().compose(target).compose(&rest);
         let mut complete = true;
         let (a, b) = (between(turning[0] + 1..turning[1] + 1), between(turning[1] + 1..turning[2] + 1));
-        wrist(&a, &b, &Frame { origin: [0.0; 3], ..wanted }, |w| {
+        each_turn(&a, &b, &wanted, &mut |w| {
             let mut q = [0.0; 6];
             (0..3).for_each(|k| q[turning[k]] = w.q[k]);
-            let (tool, columns) = jacobian::<6>(robot, &q);
+            let (tool, columns) = jacobian_at(robot, &q);
             match solved(slides.map(|i| columns.v[i]), sub(target.origin, tool.origin)) {
                 Some(x) => (0..3).for_each(|k| q[slides[k]] = x[k]),
                 None => complete = false,
@@ -149,6 +154,12 @@ impl Six {
         });
         complete
     }
+}
+
+/// Calls `found` for each solution of a wrist; one copy of its code.
+#[inline(never)]
+fn each_turn(a: &Frame, b: &Frame, wanted: &Frame, found: &mut dyn FnMut(Turns)) {
+    wrist(a, b, wanted, found);
 }
 
 /// `frame` moved by a joint.

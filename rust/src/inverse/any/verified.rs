@@ -2,7 +2,7 @@
 
 use crate::inverse::Solutions;
 use crate::inverse::newton::reach;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::svd::Svd;
 use crate::robot::{Joint, Robot, nearest_turn};
@@ -80,7 +80,7 @@ impl<'a> Verified<'a> {
     /// Whether the task's Jacobian loses rank: coordinates over the size of the robot where they are lengths.
     fn is_singular(&self, q: &[f64]) -> bool {
         let (n, robot) = (self.robot.n(), self.robot);
-        let (tool, columns) = jacobian::<8>(robot, q);
+        let (tool, columns) = jacobian_at(robot, q);
         let rows = self.task.directions(&tool, self.size).rows(&columns);
         // By joints, since there may be fewer of them than rows.
         let mut by_joint = [[0.0; 6]; 6];
