@@ -105,7 +105,7 @@ def make_grid(
     n = len(path)
     frames = unspun(path, closed)
     angles = np.linspace(-np.pi, np.pi, spins, endpoint=False)
-    lattice = Lattice(robot, frames, np.array([0.0, 0.0, 1.0]), angles, [], np.zeros((1, 0)), objective, True)
+    lattice = Lattice(robot, frames, rd.Task.axisymmetric(), angles, [], np.zeros((1, 0)), objective, True)
     count = lattice.shape[2]
     alive = np.ones(count, dtype=bool)
     for first in range(0, n, _CHUNK):

@@ -1,6 +1,6 @@
 """Types of the compiled core. Shapes are in the docstrings of the classes themselves."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self, TypeAlias, final, overload
 
@@ -41,6 +41,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Shape",
+    "Singularity",
     "SingularityParameter",
     "SmallestSingularValue",
     "Solution",
@@ -103,6 +104,12 @@ class QPSolution(NamedTuple):
     row_multipliers: _F64
     changes: int
 
+class Singularity(NamedTuple):
+    kind: str
+    value: float
+    twist: _F64 | None
+    joints: _F64 | None
+
 @final
 class Robot:
     @staticmethod
@@ -120,6 +127,7 @@ class Robot:
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
     @staticmethod
     def from_urdf(
@@ -137,6 +145,7 @@ class Robot:
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
     @property
     def n(self) -> int: ...
@@ -176,7 +185,12 @@ class Robot:
         q_max: ArrayLike | None = None,
         qd_max: ArrayLike | None = None,
         qdd_max: ArrayLike | None = None,
+        coupled: Iterable[tuple[dict[int, float], float, float]] | None = None,
     ) -> Robot: ...
+    @property
+    def coupled_limits(self) -> list[tuple[dict[int, float], float, float]]: ...
+    def within_limits(self, q: ArrayLike) -> NDArray[np.bool_]: ...
+    def limit_margin(self, q: ArrayLike) -> _F64: ...
     def with_name(self, name: str) -> Robot: ...
     def with_fixed(self, fixed: dict[int, float]) -> Robot: ...
     @property
@@ -184,14 +198,17 @@ class Robot:
     def turned(self, q: ArrayLike) -> _F64: ...
     def random_postures(self, count: int, seed: int = 0) -> _F64: ...
     @property
-    def structure(self) -> Literal["wrist", "parallel", "general", "none"]: ...
+    def structure(self) -> Literal["wrist", "parallel", "general", "sliding", "search", "none"]: ...
     @overload
     def inverse(
         self,
         pose: ArrayLike,
         *,
+        task: Task | None = None,
+        near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
+        samples: int | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[False] = False,
@@ -201,12 +218,17 @@ class Robot:
         self,
         pose: ArrayLike,
         *,
+        task: Task | None = None,
+        near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
+        samples: int | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[True],
-    ) -> tuple[_F64, NDArray[np.bool_], bool]: ...
+    ) -> tuple[Any, ...]: ...
+    def branch(self, q: ArrayLike) -> str: ...
+    def singularity(self, q: ArrayLike, tolerance: float = 1e-6) -> Singularity: ...
     def arm_angle(self, q: ArrayLike) -> float: ...
     def rows_in_use(self) -> list[int]: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -752,7 +774,7 @@ class Lattice:
         cls,
         robot: Robot,
         frames: ArrayLike,
-        axis: ArrayLike,
+        task: Task,
         angles: ArrayLike,
         spare: Sequence[int],
         values: ArrayLike,
@@ -842,7 +864,13 @@ class PlanSettings:
 @final
 class PlanFailure:
     def __new__(
-        cls, point: int, cause: str, joint: int | None = None, excess: float = ..., slides: bool = False
+        cls,
+        point: int,
+        cause: str,
+        joint: int | None = None,
+        excess: float = ...,
+        slides: bool = False,
+        combination: str | None = None,
     ) -> Self: ...
     @property
     def point(self) -> int: ...
@@ -850,6 +878,8 @@ class PlanFailure:
     def cause(self) -> str: ...
     @property
     def joint(self) -> int | None: ...
+    @property
+    def combination(self) -> str | None: ...
     @property
     def excess(self) -> float: ...
 
@@ -894,8 +924,8 @@ def plan_path(
 ) -> PlannedPath: ...
 def transport(axis: ArrayLike) -> _F64: ...
 def perpendicular(vector: ArrayLike) -> _F64: ...
-def angle_grid(task: Task, n_angles: int, spin_range: tuple[float, float] | None) -> _F64: ...
-def spare_grid(robot: Robot, spare: Sequence[int] | None, n_spare: int) -> tuple[list[int], _F64]: ...
+def angle_grid(spins: bool, n_angles: int, spin_range: tuple[float, float] | None) -> _F64: ...
+def spare_grid(robot: Robot, task: Task, spare: Sequence[int] | None, n_spare: int) -> tuple[list[int], _F64, bool]: ...
 def solve_qp(
     h: ArrayLike,
     g: ArrayLike,

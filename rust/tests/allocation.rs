@@ -64,7 +64,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// What `f` returns, after checking that it asked for no memory.
-fn free_of_allocation<T>(what: &str, f: impl FnOnce() -> T) -> T {
+pub fn free_of_allocation<T>(what: &str, f: impl FnOnce() -> T) -> T {
     let before = ALLOCATIONS.get();
     let out = black_box(f());
     let after = ALLOCATIONS.get();

@@ -77,7 +77,9 @@ fn a_plan_ends_when_it_is_told_to() {
 
 #[test]
 fn a_failure_is_told_in_the_units_that_people_read() {
-    let text = |cause, excess, slides| PlanFailure { point: 7, cause, joint: Some(FailedJoint { number: 2, slides, excess }) }.to_string();
+    let text = |cause, excess, slides| {
+        PlanFailure { point: 7, cause, joint: Some(FailedJoint { number: 2, slides, excess, combination: None }) }.to_string()
+    };
     let limit = FailureCause::JointLimit;
     assert_eq!(text(limit, 0.0123, false), "point 7: joint limit of joint 3, which would have to go about 0.705 deg beyond it");
     assert_eq!(text(limit, 0.0123, true), "point 7: joint limit of joint 3, which would have to go about 12.3 mm beyond it");

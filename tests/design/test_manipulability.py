@@ -5,6 +5,8 @@ import pytest
 import redundancy as rd
 from scipy.optimize import minimize
 
+from tests.reference.chain import F64
+
 PANDA = rd.robots.get("panda")
 
 
@@ -45,3 +47,26 @@ def test_bad_settings() -> None:
         rd.maximum_manipulability(PANDA, starts=0)
     with pytest.raises(rd.InvalidValueError):
         rd.maximum_manipulability(PANDA, -1.0)
+
+
+def test_a_limit_on_two_joints_holds() -> None:
+    arm = rd.robots.get("ur5e")
+    free = rd.maximum_manipulability(arm, starts=2000)
+    terms, row = {1: 1.0, 2: 1.0}, np.array([0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    end = float(row @ free.q)
+    wide = np.full(6, np.pi)
+    for sign in (1.0, -1.0):
+        ends = (end + 0.4, end + 2.0) if sign > 0.0 else (end - 2.0, end - 0.4)
+        robot = arm.with_limits(free.q - wide, free.q + wide, coupled=[(terms, *ends)])
+        found = rd.maximum_manipulability(robot, starts=5000)
+        assert robot.within_limits(found.q)
+        assert found.manipulability <= free.manipulability * (1.0 + 1e-9)
+        assert found.slope <= 1e-6
+        bounds = list(zip(robot.q_min, robot.q_max, strict=True))
+        inside = {"type": "ineq", "fun": lambda q, e=ends: np.array([e[1] - row @ q, row @ q - e[0]])}
+
+        def fall(q: F64, robot: rd.Robot = robot) -> float:
+            return -rd.Manipulability(1.0).evaluate(robot, q, 0)
+
+        best = minimize(fall, found.q, method="SLSQP", bounds=bounds, constraints=[inside])
+        assert found.manipulability >= -best.fun * (1.0 - 1e-6)

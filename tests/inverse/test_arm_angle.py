@@ -50,8 +50,10 @@ def test_held_prismatic_joint() -> None:
     solutions = robot.inverse(robot.fk(q), fixed={2: q[2]})
     check_solutions(robot, robot.fk(q), solutions)
     assert distance(solutions, q).min() < 1e-8
-    with pytest.raises(rd.InvalidValueError, match='"RPRRRR"'):
-        robot.inverse(robot.fk(q), fixed={0: q[0]})
+    assert robot.with_fixed({0: q[0]}).structure == "search"
+    solutions, _, complete = robot.inverse(robot.fk(q), fixed={0: q[0]}, report=True)
+    assert np.abs(solutions - q).max(axis=1).min() < 1e-8
+    assert not complete
 
 
 def test_arm_angle() -> None:

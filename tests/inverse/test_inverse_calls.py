@@ -70,7 +70,7 @@ def _changed(row: int, column: int, value: float) -> F64:
 
 WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "3 x 3": (lambda: IRB120.inverse(np.eye(3)), rd.ShapeError, r"pose.*\(3, 3\).*\(4, 4\)"),
-    "batch": (lambda: IRB120.inverse(POSE[None]), rd.ShapeError, r"pose.*\(1, 4, 4\)"),
+    "batches": (lambda: IRB120.inverse(POSE[None, None]), rd.ShapeError, r"pose.*\(1, 1, 4, 4\).*\(N, 4, 4\)"),
     "flat": (lambda: IRB120.inverse(POSE.ravel()), rd.ShapeError, r"pose.*\(16,\)"),
     "text": (lambda: IRB120.inverse("x"), rd.InvalidValueError, "pose is 'x'"),
     "None": (lambda: IRB120.inverse(None), rd.ShapeError, "pose"),  # type: ignore[call-overload]
@@ -80,12 +80,27 @@ WRONG: dict[str, tuple[Callable[[], Any], type[Exception], str]] = {
     "skew": (lambda: IRB120.inverse(_changed(0, 0, 0.9)), rd.InvalidValueError, r"pose.*rotation.*off by"),
     "mirror": (lambda: IRB120.inverse(np.diag([1.0, 1.0, -1.0, 1.0])), rd.InvalidValueError, r"pose.*off by -2"),
     "last row": (lambda: IRB120.inverse(_changed(3, 0, 1.0)), rd.InvalidValueError, r"pose.*last row \[1"),
-    "three joints": (lambda: rd.robots.get("planar_3r").inverse(POSE), rd.InvalidValueError, '"RRR".*six revolute'),
-    "prismatic": (lambda: rd.robots.get("stanford_arm").inverse(POSE), rd.InvalidValueError, '"RRPRRR".*six revolute'),
-    "seven joints": (lambda: KUKA.inverse(POSE7), rd.InvalidValueError, '"RRRRRRR".*six revolute'),
-    "two held": (lambda: KUKA.inverse(POSE7, fixed={0: 0.0, 1: 0.0}), rd.InvalidValueError, '"RRRRR".*six revolute'),
-    "none held": (lambda: KUKA.inverse(POSE7, fixed={}), rd.InvalidValueError, '"RRRRRRR".*six revolute'),
-    "held of six": (lambda: IRB120.inverse(POSE, fixed={0: 0.0}), rd.InvalidValueError, '"RRRRR".*six revolute'),
+    "seven joints": (
+        lambda: KUKA.inverse(POSE7),
+        rd.InvalidValueError,
+        r'"RRRRRRR".*takes 6.*1 of the joints 0, 1, 2, 4, 5, 6 held \(fixed\), an arm_angle',
+    ),
+    "none held": (lambda: KUKA.inverse(POSE7, fixed={}), rd.InvalidValueError, '"RRRRRRR".*takes 6'),
+    "one held of two": (
+        lambda: KUKA.inverse(POSE7, fixed={0: 0.0}, task=rd.Task.axisymmetric()),
+        rd.InvalidValueError,
+        '"RRRRRR".*takes 5.*joint 5 held',
+    ),
+    "last joint of no use": (
+        lambda: rd.robots.get("planar_3r").inverse(POSE, task=rd.Task.position()),
+        rd.InvalidValueError,
+        '"RRR".*takes 2.*1 of the joints 0, 1, 2 held',
+    ),
+    "task and angle": (
+        lambda: KUKA.inverse(POSE7, task=rd.Task.position(), arm_angle=0.1),
+        rd.InvalidValueError,
+        "arm_angle is given beside a task",
+    ),
     "joint 7": (lambda: KUKA.inverse(POSE7, fixed={7: 0.0}), rd.InvalidValueError, "fixed is 7.*0 to 6"),
     "joint -1": (lambda: KUKA.inverse(POSE7, fixed={-1: 0.0}), rd.InvalidValueError, r"fixed is \{-1: 0.0\}"),
     "joint a": (lambda: KUKA.inverse(POSE7, fixed={"a": 0.0}), rd.InvalidValueError, r"\{a: 0.0\}"),  # type: ignore[dict-item]
@@ -117,6 +132,6 @@ def test_wrong_input(case: str) -> None:
 
 def test_structure() -> None:
     assert KUKA.structure == "none"
-    assert rd.robots.get("stanford_arm").structure == "none"
+    assert rd.robots.get("stanford_arm").structure == "wrist"
     assert KUKA.with_fixed({2: 0.3}).structure == "wrist"
     assert rd.robots.get("baxter_left").with_fixed({2: 0.3}).structure == "general"

@@ -92,8 +92,8 @@ def test_closed_needs_a_closed_path() -> None:
         ({"spare": (2,)}, "spare is"),
         ({"task": rd.Task.position()}, "kind 'position'"),
         ({"task": rd.Task.full()}, "no rotations"),
-        ({"robot": rd.robots.get("planar_3r")}, "at least six revolute"),
-        ({"robot": rd.robots.get("stanford_arm")}, "at least six revolute"),
+        ({"robot": rd.robots.get("planar_3r")}, "rows is .* at most 3 rows"),
+        ({"robot": ROBOT.with_fixed({1: 0.3, 2: 0.3})}, "task is axisymmetric of 5 components for 4 joints"),
     ],
 )
 def test_bad_input(arguments: dict[str, object], message: str) -> None:

@@ -223,14 +223,13 @@ def posture(robot: str, joints: str | None, millimetres: float | None) -> None:
     length = millimetres / 1000.0 if millimetres is not None else best if np.isfinite(best) else 1.0
     condition = ConditionNumber(length, rows=rows)
     spectral = ConditionNumber(length, "spectral", rows)
-    margin = np.minimum(q - model.q_min, model.q_max - q)
     position = 1000.0 * model.fk(q)[:3, 3]
     _print_pairs(
         model.name,
         {
             "posture": _readable(model, q),
             "tool point": f"{position[0]:.3f}, {position[1]:.3f}, {position[2]:.3f} mm",
-            "within limits": "yes" if (margin >= 0.0).all() else f"no, joint {int(np.argmin(margin)) + 1} is beyond",
+            "within limits": _verdict(model, q),
             "length": f"{1000.0 * length:.4f} mm",
             "length of least kappa_F here": f"{1000.0 * best:.4f} mm" if np.isfinite(best) else "none, singular",
             "condition number kappa_F": f"{condition.evaluate(model, q, 0):.9g}",
@@ -277,6 +276,14 @@ def _readable(robot: Robot, q: F64) -> str:
         return ", ".join(f"{x:.4f}" for x in np.rad2deg(q).tolist()) + " deg"
     values = zip(robot.joints, q.tolist(), strict=True)
     return ", ".join(f"{1000.0 * x:.3f} mm" if kind == "P" else f"{np.rad2deg(x):.4f} deg" for kind, x in values)
+
+
+def _verdict(model: Robot, q: F64) -> str:
+    if model.within_limits(q):
+        return "yes"
+    if model.with_limits(coupled=[]).within_limits(q):
+        return "no, a combination of joints is beyond"
+    return f"no, joint {int(np.argmin(np.minimum(q - model.q_min, model.q_max - q))) + 1} is beyond"
 
 
 def _parse_joints(robot: Robot, text: str) -> F64:

@@ -52,8 +52,11 @@ def _reached(trajectory: Trajectory) -> str:
 
 def _margin(trajectory: Trajectory) -> str:
     margins = trajectory.margins
-    if not np.isfinite(margins).any():
+    least = trajectory.limit_margin
+    if not np.isfinite(least):
         return "no limits"
+    if least < margins.min():
+        return f"{np.rad2deg(least):.2f} deg, a combination of joints"
     joint = int(np.argmin(margins.min(axis=0)))
     margin = margins[:, joint].min()
     if trajectory.robot.joints[joint] == "P":

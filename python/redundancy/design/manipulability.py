@@ -19,6 +19,8 @@ _ITERATIONS: Final = 100
 """Steps of a climb at most."""
 _SETTLED: Final = 1e-9
 """A climb ends where the next step is shorter than this [rad or m]."""
+_AT: Final = 1e-9
+"""How near a combination of joints is to a limit that it is at, in the joints [rad or m]."""
 _SHARES: Final = 0.5 ** np.arange(12)
 """Parts of a Newton step that are tried."""
 _LARGEST_STEP: Final = 0.5
@@ -103,7 +105,7 @@ def maximum_manipulability(
     if starts < 1:
         raise InvalidValueError(f"starts is {starts}, expected at least 1")
     index, open_ended = Manipulability(length, rows=rows), np.full(robot.n, np.inf)
-    searched = robot if limits else robot.with_limits(-open_ended, open_ended, robot.qd_max, robot.qdd_max)
+    searched = robot if limits else robot.with_limits(-open_ended, open_ended, coupled=[])
     low, high = searched.q_min, searched.q_max
     q = searched.random_postures(starts, seed)
     q = q[np.argsort(index.evaluate_many(robot, q, 0)[0])[-_KEPT:]]
@@ -111,9 +113,13 @@ def maximum_manipulability(
         value, gradient, hessian = index.evaluate_many(robot, q, 2)
         assert gradient is not None
         assert hessian is not None
-        step = _newton(gradient, hessian, _held(q, gradient, low, high))
+        free = _freedom(searched, q, gradient)
+        step = _newton(gradient, hessian, free)
+        step *= _room(searched, q, step)
         tried = np.clip(q + _SHARES[:, None, None] * step, low, high)
-        found = np.stack([index.evaluate_many(robot, row, 0)[0] for row in tried])
+        found = np.stack(
+            [np.where(searched.within_limits(x), index.evaluate_many(robot, x, 0)[0], -np.inf) for x in tried]
+        )
         best = found.argmax(axis=0)
         better = found.max(axis=0) > value
         moved = np.abs(tried[best, np.arange(len(q))] - q).max(axis=1) * better
@@ -123,7 +129,8 @@ def maximum_manipulability(
     value, gradient = index.evaluate_many(robot, q, 1)[:2]
     assert gradient is not None
     k, held = int(value.argmax()), _held(q, gradient, low, high)
-    return ManipulabilityResult(q[k], float(value[k]), float(np.abs(gradient[k] * ~held[k]).max()), held[k])
+    slope = _freedom(searched, q, gradient)[k] @ gradient[k]
+    return ManipulabilityResult(q[k], float(value[k]), float(np.abs(slope).max()), held[k])
 
 
 def _held(q: F64, gradient: F64, low: F64, high: F64) -> _Flags:
@@ -131,15 +138,50 @@ def _held(q: F64, gradient: F64, low: F64, high: F64) -> _Flags:
     return ((q <= low) & (gradient < 0.0)) | ((q >= high) & (gradient > 0.0))
 
 
-def _newton(gradient: F64, hessian: F64, held: _Flags) -> F64:
-    """Return a step that climbs in the joints that are not held, none of them far; no step without derivatives."""
-    free = ~held
-    slope = np.nan_to_num(gradient) * free
-    values, vectors = np.linalg.eigh(np.nan_to_num(hessian) * free[:, :, None] * free[:, None, :])
+def _rows(robot: Robot) -> F64:
+    """Return the rows of limits on combinations of joints, (k, n)."""
+    rows = np.zeros((len(robot.coupled_limits), robot.n))
+    for row, (terms, _, _) in zip(rows, robot.coupled_limits, strict=True):
+        row[list(terms)] = list(terms.values())
+    return rows
+
+
+def _freedom(robot: Robot, q: F64, gradient: F64) -> F64:
+    """Return the projectors, (K, n, n), onto what joints and combinations leave that no limit holds."""
+    held = _held(q, gradient, robot.q_min, robot.q_max)
+    free: F64 = np.eye(robot.n) * ~held[:, None, :]
+    rows = _rows(robot)
+    ends = np.array([limits[1:] for limits in robot.coupled_limits]).reshape(-1, 2)
+    for k in range(len(q) if len(rows) else 0):
+        values, slopes, size = rows @ q[k], rows @ free[k] @ gradient[k], np.linalg.norm(rows, axis=1)
+        at_low = (values <= ends[:, 0] + _AT * size) & (slopes < 0.0)
+        at_high = (values >= ends[:, 1] - _AT * size) & (slopes > 0.0)
+        pressed = rows[at_low | at_high] @ free[k]
+        free[k] -= np.linalg.pinv(pressed) @ pressed
+    return free
+
+
+def _room(robot: Robot, q: F64, step: F64) -> F64:
+    """Return the part of each step, at most all of it, that takes no combination of joints beyond its limit."""
+    part = np.ones((len(q), 1))
+    for row, (_, low, high) in zip(_rows(robot), robot.coupled_limits, strict=True):
+        value, change = q @ row, step @ row
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(change > 0.0, (high - value) / change, (low - value) / change)
+        part[:, 0] = np.minimum(
+            part[:, 0], np.where(np.abs(change) > _AT * np.linalg.norm(row), np.maximum(room, 0.0), 1.0)
+        )
+    return part
+
+
+def _newton(gradient: F64, hessian: F64, free: F64) -> F64:
+    """Return a step that climbs in what a projector leaves, no joint moving far; no step without derivatives."""
+    slope = np.einsum("kij,kj->ki", free, np.nan_to_num(gradient))
+    values, vectors = np.linalg.eigh(free @ np.nan_to_num(hessian) @ free)
     size = np.abs(values)
     size = np.maximum(size, _LEAST_CURVATURE * size.max(axis=1, keepdims=True)) + np.finfo(float).tiny
     along = np.einsum("kia,ki->ka", vectors, slope) / size
-    step: F64 = np.einsum("kia,ka->ki", vectors, along) * free
+    step: F64 = np.einsum("kij,kja,ka->ki", free, vectors, along)
     largest = np.abs(step).max(axis=1, keepdims=True)
     step *= np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, np.finfo(float).tiny))
     return step

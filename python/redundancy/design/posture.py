@@ -150,7 +150,7 @@ def minimum_condition_posture(
             robot, start, length, length0, method, eliminate, rows, tolerance, max_iterations
         )
         q = _brought_inside(robot, q)
-        within = bool(((robot.q_min <= q) & (q <= robot.q_max)).all())
+        within = bool(np.isfinite(q).all() and robot.within_limits(q))
         history = Convergence(*passed.T)
         return PostureResult(q, best_length, condition, iterations, evaluations, status, method, within, history)
 
@@ -177,9 +177,8 @@ def _first_start(robot: Robot, others: F64, rows: Sequence[int] | None) -> F64:
 
 
 def _brought_inside(robot: Robot, q: F64) -> F64:
-    """Bring joints that are beyond their limits back by whole turns, and leave the others alone."""
-    inside = (robot.q_min <= q) & (q <= robot.q_max)
-    return q if inside.all() or not np.isfinite(q).all() else np.where(inside, q, robot.turned(q))
+    """Bring a posture that is beyond limits back by whole turns."""
+    return q if not np.isfinite(q).all() or robot.within_limits(q) else robot.turned(q)
 
 
 @dataclass(frozen=True, eq=False)

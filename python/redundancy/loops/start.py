@@ -236,9 +236,13 @@ def _distinct(robot: Robot, postures: list[F64]) -> list[F64]:
 
 def _with_turns(robot: Robot, q: F64, turns: int) -> list[F64]:
     """Return a posture, then its copies within the limits by whole turns of joints that have limits."""
-    choices = []
-    for x, low, high, letter in zip(q, robot.q_min, robot.q_max, robot.joints, strict=True):
-        most = turns if letter == "R" and np.isfinite(high - low) else 0
-        shifts = [2.0 * np.pi * k for k in range(-most, most + 1) if k != 0]
-        choices.append([0.0, *(shift for shift in shifts if low <= x + shift <= high)])
-    return [q + np.array(shift) for shift in product(*choices)]
+    choices, alone = [], robot.with_limits(coupled=[])
+    for joint, letter in enumerate(robot.joints):
+        bounded = np.isfinite(robot.q_max[joint] - robot.q_min[joint])
+        most = turns if letter == "R" and bounded else 0
+        shifts = 2.0 * np.pi * np.array([k for k in range(-most, most + 1) if k != 0])
+        copies = np.tile(robot.middle, (len(shifts), 1))
+        copies[:, joint] = q[joint] + shifts
+        choices.append([0.0, *shifts[alone.within_limits(copies)]])
+    first, *others = (q + np.array(shift) for shift in product(*choices))
+    return [first, *(copy for copy in others if robot.within_limits(copy))]

@@ -83,14 +83,14 @@ class Trajectory:
 
     @property
     def margins(self) -> F64:
-        """Distances to the nearer position limit [rad or m], shape (N, n); negative beyond it, inf without one."""
+        """Distances of joints to their nearer limits [rad or m], shape (N, n); negative beyond, inf without one."""
         margins: F64 = np.minimum(self.q - self.robot.q_min, self.robot.q_max - self.q)
         return margins
 
     @property
     def limit_margin(self) -> float:
-        """Smallest distance of any joint to a position limit [rad; m where the joint is prismatic]."""
-        return float(self.margins.min())
+        """Smallest distance to a position limit, of a joint or of a combination (`Robot.limit_margin`) [rad or m]."""
+        return float(self.robot.limit_margin(self.q).min())
 
     @property
     def joint_speed(self) -> F64 | None:

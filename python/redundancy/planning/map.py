@@ -47,6 +47,9 @@ class RedundancyMap:
         Joints that are held, counted from 0.
     spare_values : ndarray, shape (S, k)
         Where they are held [rad or m].
+    spins : bool
+        Whether the robot can spin its tool beside the task. Else there is one spin, 0, and a map holds the branches
+        alone: a full task, or five joints with an axisymmetric one.
     """
 
     robot: Robot
@@ -59,6 +62,7 @@ class RedundancyMap:
     named: bool
     spare: tuple[int, ...] = ()
     spare_values: F64 = field(default_factory=lambda: np.zeros((1, 0)), repr=False)
+    spins: bool = True
 
     CAUSES = CAUSES
 
@@ -180,6 +184,8 @@ class RedundancyMap:
     def _check_spin(self) -> None:
         if self.task.kind == "full":
             raise InvalidValueError("the task fixes the spin, expected an axisymmetric one for a picture of spins")
+        if not self.spins:
+            raise InvalidValueError(f"the task leaves {self.robot.name} no spin, expected one for a picture of spins")
 
     @property
     def _name(self) -> str:
@@ -210,7 +216,7 @@ def redundancy_map(
     Parameters
     ----------
     robot : Robot
-        Six revolute joints, or more of which some are spare.
+        As many joints as the task takes, or more: six, or fewer such as a SCARA's; beyond that some are spare.
     path : Toolpath
         N points.
     task : Task
@@ -218,12 +224,12 @@ def redundancy_map(
     objective : Objective, optional
         What cells are worth; 0 where feasible if not given.
     n_angles : int
-        Spins of the grid; 1 for a full task.
+        Spins of the grid; one where the task or the robot leaves no spin.
     spin_range : tuple of float, optional
         Least and largest spin [rad]; a whole turn if not given.
     spare : tuple of int, optional
-        Joints that are put on a grid so that six revolute ones are left, counted from 0; chosen so that the rest has
-        a closed form if not given.
+        Joints that are put on a grid so that the task and its spin take all others, counted from 0; chosen so that the
+        rest has a closed form if not given.
     n_spare : int
         Values of each spare joint, over its range.
     limits : bool
@@ -241,7 +247,7 @@ def redundancy_map(
     Raises
     ------
     InvalidValueError
-        If a setting is out of its domain, or no six revolute joints can be left.
+        If a setting is out of its domain, or the spare joints leave others than the task and its spin take.
 
     Notes
     -----
@@ -259,9 +265,9 @@ def redundancy_map(
     """
     task = Task.axisymmetric() if task is None else task
     frames = core_path(path).frames(task)
-    angles = angle_grid(task, n_angles, spin_range)
-    chosen, values = spare_grid(robot, spare, n_spare)
-    lattice = Lattice(robot, frames, task.axis, angles, list(chosen), values, objective, limits)
+    chosen, values, spins = spare_grid(robot, task, spare, n_spare)
+    angles = angle_grid(spins, n_angles, spin_range)
+    lattice = Lattice(robot, frames, task, angles, list(chosen), values, objective, limits)
     shape = (len(path), *lattice.shape)
     value, cause = np.empty(shape), np.empty(shape, dtype=np.uint8)
     with progress_bar(len(path), "mapping", progress) as advance:
@@ -274,4 +280,6 @@ def redundancy_map(
             advance(count)
     if len(values) == 1:
         value, cause = value[:, 0], cause[:, 0]
-    return RedundancyMap(robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values)
+    return RedundancyMap(
+        robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values, spins
+    )

@@ -45,7 +45,10 @@ def plan(
     Parameters
     ----------
     robot : Robot
-        Six revolute joints, or more of which some are spare (a seven-axis arm, a robot on a rail).
+        As many joints as the task takes, or more, of which some are spare (a seven-axis arm, a robot on a rail): five
+        with an axisymmetric task, whose plan is the choice of branches and whole turns; six of any kind; a SCARA or a
+        planar arm, as far as it can turn its tool. Where the robot has fewer joints than rows of the Jacobian in use
+        the ``condition_number`` of the plan is NaN, and an objective needs ``rows``.
     path : Toolpath
         N points; with times, joint speed limits hold.
     task : Task
@@ -176,12 +179,16 @@ def plan_by(
     earlier = None if warm_start is None else (core_path(warm_start.path), warm_start.q)
     with progress_bar(len(path), "planning", progress) as advance:
         found = _core.plan_path(robot, core_path(path), task, objective, settings, feasible, earlier, advance)
-    index = ConditionNumber(found.length, rows=robot.rows_in_use())
+    rows = robot.rows_in_use()
+    if len(rows) <= robot.n:
+        condition_number = ConditionNumber(found.length, rows=rows).evaluate_many(robot, found.q, 0)[0]
+    else:
+        condition_number = np.full(len(path), np.nan)
     return Plan(
         robot=robot,
         path=path,
         q=found.q,
-        condition_number=index.evaluate_many(robot, found.q, 0)[0],
+        condition_number=condition_number,
         value=found.value,
         position_error=found.position_error,
         axis_error=found.axis_error,

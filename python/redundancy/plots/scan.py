@@ -39,7 +39,8 @@ def spin_scan(
     index = ConditionNumber(length, rows=robot.rows_in_use())
     inverse = np.full(len(angles), np.nan)
     inverse[reached] = 1.0 / index.evaluate_many(robot, turned[reached], 0)[0]
-    inside = ((robot.q_min <= turned) & (turned <= robot.q_max)).all(axis=1)
+    inside = np.zeros(len(angles), dtype=bool)
+    inside[reached] = robot.within_limits(turned[reached])
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 3.2), layout="constrained")
         axes = figure.subplots()

@@ -8,7 +8,8 @@ Denavit-Hartenberg, or "links"), and the tables
   (n x 4 x 4, the fixed transform ahead of each joint, which moves about or along z) and ``flange`` (4 x 4, the one
   after the last joint);
 - ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, and no key where no joint
-  has one;
+  has one; ``coupled``: limits on combinations of joints, ``[{row = [0, 1, 1, 0, 0, 0], low = -10.0, high = 150.0}]``,
+  one number a joint, in the unit of the first joint that counts; ``low`` or ``high`` may be left out;
 - ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4).
 
 Strings ``description`` and ``source`` are for people.

@@ -106,4 +106,5 @@ def _with_first_joint(
         qd_max=np.concatenate([[speed], robot.qd_max]),
         qdd_max=np.concatenate([[np.inf], robot.qdd_max]),
         name=f"{robot.name} {how}",
+        coupled=[({joint + 1: c for joint, c in row.items()}, low, high) for row, low, high in robot.coupled_limits],
     )

@@ -12,6 +12,7 @@ from ..files import Table
 LENGTHS: Final = {"m": 1.0, "mm": 1000.0}
 CONVENTIONS: Final = ("standard", "modified", "links")
 LIMITS: Final = ("q_min", "q_max", "qd_max", "qdd_max")
+_OPEN: Final = (("low", -np.inf), ("high", np.inf))
 KEYS: Final = (
     *("name", "description", "source", "convention", "joints"),
     *("units", "dh", "links", "limits", "tool", "base"),
@@ -101,10 +102,34 @@ def _links(document: Table, n: int, units: Units) -> dict[str, Any]:
     return frames
 
 
-def _limits(table: Table, joints: str, units: Units) -> dict[str, F64]:
-    table.only(*LIMITS)
+def _limits(table: Table, joints: str, units: Units) -> dict[str, Any]:
+    table.only(*LIMITS, "coupled")
     n = len(joints)
-    return {key: units.joint(table.array(key, (n,), infinite=True), joints) for key in LIMITS if key in table}
+    limits: dict[str, Any] = {
+        key: units.joint(table.array(key, (n,), infinite=True), joints) for key in LIMITS if key in table
+    }
+    if "coupled" in table:
+        limits["coupled"] = _coupled(table, joints, units)
+    return limits
+
+
+def _coupled(table: Table, joints: str, units: Units) -> list[tuple[dict[int, float], float, float]]:
+    """Read limits on combinations of joints; what they are of is counted in the unit of their first joint."""
+    given, unit, coupled = table.data["coupled"], units.joint(np.ones(len(joints)), joints), []
+    if not isinstance(given, list) or not all(isinstance(item, dict) for item in given):
+        raise table.error("coupled", "a list of tables with row, low and high")
+    for at, item in enumerate(given):
+        row = Table(item, table.fail, f"{table.path}.coupled[{at}]")
+        row.only("row", "low", "high")
+        of_file = row.array("row", (len(joints),))
+        used = np.flatnonzero(of_file)
+        if len(used) == 0:
+            raise row.error("row", "a coefficient other than 0")
+        low, high = (row.number(key) if key in row else end for key, end in _OPEN)
+        scale = unit[used[0]]
+        terms = {int(j): float(of_file[j] * (scale / unit[j])) for j in used}
+        coupled.append((terms, float(low * scale), float(high * scale)))
+    return coupled
 
 
 def _frame(document: Table, key: str, units: Units) -> F64 | None:
@@ -175,6 +200,12 @@ def to_document(robot: Robot) -> dict[str, Any]:
         document["dh"] = {key: dh[key].tolist() for key in ("a", "d", "alpha", "theta")}
     limits = {key: getattr(robot, key) for key in LIMITS}
     document["limits"] = {key: values.tolist() for key, values in limits.items() if np.isfinite(values).any()}
+    if robot.coupled_limits:
+        document["limits"]["coupled"] = [
+            {"row": [terms.get(i, 0.0) for i in range(robot.n)]}
+            | {key: value for key, value in (("low", low), ("high", high)) if np.isfinite(value)}
+            for terms, low, high in robot.coupled_limits
+        ]
     for key, frame in (("tool", robot.tool), ("base", robot.base)):
         if not np.array_equal(frame, np.eye(4)):
             document[key] = {"matrix": frame.tolist()}

@@ -51,7 +51,8 @@ fn as_array<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, P
     Ok(array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?)
 }
 
-fn shape_of(shape: &[usize]) -> String {
+/// A shape as numpy shows it.
+pub fn shape_of(shape: &[usize]) -> String {
     match shape {
         [n] => format!("({n},)"),
         _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),

@@ -55,6 +55,15 @@ pub static QP_SOLUTION: Named = Named {
     class: PyOnceLock::new(),
 };
 
+/// What `Robot.singularity` answers.
+pub static SINGULARITY: Named = Named {
+    name: "Singularity",
+    fields: &["kind", "value", "twist", "joints"],
+    doc: "Which singularity a posture is at, the smallest singular value of its Jacobian without units, the unit twist (6,) that the tool makes least of and \
+          the unit motion (n,) of the joints that moves the tool least.",
+    class: PyOnceLock::new(),
+};
+
 impl Named {
     fn class<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyType>> {
         let class = self.class.get_or_try_init(py, || {
@@ -75,7 +84,7 @@ impl Named {
 
 /// Adds the classes to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION] {
+    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY] {
         module.add(named.name, named.class(module.py())?)?;
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! Damped Newton to a task, within the limits (Levenberg-Marquardt with damping by the error: Sugihara 2011).
 
+use super::coupled::step_within;
 use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::damped::damped_step;
 use crate::linalg::size;
@@ -89,13 +90,22 @@ pub(crate) fn reach_holding<const C: usize>(
 ) -> Reach {
     let n = size::<C>(robot.n());
     let (mut refused, mut caution) = (0, 1.0);
+    let coupled = limits.is_some_and(|limits| !limits.coupled.is_empty());
+    if let (Some(limits), true) = (limits, coupled) {
+        // A start that cannot be moved within them stays where it is.
+        limits.pull_inside(q);
+    }
     let mut motion = error_at::<C>(robot, task, target, q);
     let mut error = size_of(motion, length);
     for iterations in 0..max_iterations {
         if error <= tolerance || refused >= MAX_REFUSED {
             return Reach { error, iterations };
         }
-        let step = step_towards::<C>(robot, limits, task, target, motion, length, q, held, caution);
+        let step = if coupled {
+            coupled_step::<C>(robot, task, target, motion, length, q, held, caution)
+        } else {
+            step_towards::<C>(robot, limits, task, target, motion, length, q, held, caution)
+        };
         let mut trial = [0.0; C];
         for i in 0..n {
             trial[i] = q[i] + step[i];
@@ -160,6 +170,24 @@ fn step_towards<const C: usize>(
         step = damped_step(&rows, &b, damping, n, m);
     }
     shortened(step)
+}
+
+/// The same where limits on combinations of joints hold.
+#[cold]
+#[inline(never)]
+fn coupled_step<const C: usize>(
+    robot: &Robot,
+    task: &Task,
+    target: &Target,
+    motion: (Vec3, Vec3),
+    length: f64,
+    q: &[f64],
+    held: u32,
+    caution: f64,
+) -> [f64; C] {
+    let damping = DAMPING * caution * size_of(motion, length).powi(2);
+    let step = step_within(robot, task, target, motion, length, q, held, damping);
+    shortened(std::array::from_fn(|i| step.get(i).copied().unwrap_or(0.0)))
 }
 
 /// The step, no joint moving farther than [`LARGEST_STEP`].

@@ -66,7 +66,13 @@ pub fn forward_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
 /// The tool frame and the Jacobian, in one sweep.
 pub fn jacobian(robot: &Robot, q: &[f64]) -> Result<(Frame, Jacobian)> {
     check_length("q", q, robot.n())?;
-    Ok(sized::jacobian(robot, q))
+    Ok(jacobian_at(robot, q))
+}
+
+/// The same for callers that have checked the length: one copy of it, for what is not in a hurry.
+#[inline(never)]
+pub(crate) fn jacobian_at(robot: &Robot, q: &[f64]) -> (Frame, Jacobian) {
+    sized::jacobian(robot, q)
 }
 
 /// Writes the Jacobian by rows, shape (6, n).

@@ -17,6 +17,8 @@ pub struct Common {
 pub enum Kind {
     /// A joint coordinate.
     Position,
+    /// A combination of joints, whose number takes the place of the joint's.
+    Combination,
     /// The motion of a joint from a point to the next.
     Motion,
     /// The tool's spin.
@@ -34,7 +36,7 @@ pub struct Constraint {
     pub kind: Kind,
     /// Point, or the point an edge starts from.
     pub point: usize,
-    /// Joint.
+    /// Joint, or combination.
     pub joint: usize,
     /// Side of the bound.
     pub sign: f64,
@@ -58,6 +60,11 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
                 let turns = problem.turns.as_ref().filter(|_| point == 0).map_or(0.0, |turns| turns[joint]);
                 push(Kind::Position, point, joint, 1.0, problem.robot.limits().q_max[joint] - turns.max(0.0));
                 push(Kind::Position, point, joint, -1.0, turns.min(0.0) - problem.robot.limits().q_min[joint]);
+            }
+            for (k, it) in problem.robot.limits().coupled.iter().enumerate() {
+                let turns = problem.turns.as_ref().filter(|_| point == 0).map_or(0.0, |turns| it.value(turns));
+                push(Kind::Combination, point, k, 1.0, it.high - turns.max(0.0));
+                push(Kind::Combination, point, k, -1.0, turns.min(0.0) - it.low);
             }
         }
         if let Some(spin) = &problem.spin {
@@ -86,6 +93,9 @@ impl Constraint {
     pub fn slack<const C: usize>(&self, problem: &PathProblem, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
         match self.kind {
             Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
+            Kind::Combination => {
+                self.bound - self.sign * problem.robot.limits().coupled[self.joint].value(&q[self.point]) + common.widening
+            }
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Spin => self.bound - self.sign * problem.spin(self.point, &q[self.point]) + common.widening,
             Kind::Value => common.ceiling - values[self.point],
@@ -97,7 +107,7 @@ impl Constraint {
     #[inline(always)]
     pub fn widening_slope(&self) -> f64 {
         match self.kind {
-            Kind::Position | Kind::Spin | Kind::Widening => 1.0,
+            Kind::Position | Kind::Combination | Kind::Spin | Kind::Widening => 1.0,
             Kind::Motion => self.bound,
             Kind::Value => 0.0,
         }

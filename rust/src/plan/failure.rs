@@ -3,13 +3,14 @@
 use std::fmt;
 
 use super::numbers::three_digits;
+use crate::robot::{Joint, Robot};
 
 /// What is in the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FailureCause {
     /// No posture reaches the point.
     Unreachable,
-    /// A joint would be beyond its position limit.
+    /// A joint, or a combination of joints, would be beyond its position limit.
     JointLimit,
     /// The objective is not finite there.
     Singular,
@@ -68,7 +69,7 @@ impl FailureCause {
 }
 
 /// Why a plan is not whole; shown in the units that people read.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlanFailure {
     /// First point that is not reached as it should be, counted from 0.
     pub point: usize,
@@ -78,15 +79,44 @@ pub struct PlanFailure {
     pub joint: Option<FailedJoint>,
 }
 
-/// The joint that keeps a plan from being whole.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The joint, or the combination of joints, that keeps a plan from being whole.
+#[derive(Debug, Clone, PartialEq)]
 pub struct FailedJoint {
-    /// Its number, counted from 0.
+    /// Its number, counted from 0; of a combination the first.
     pub number: usize,
     /// Whether it slides.
     pub slides: bool,
     /// How far beyond its limit it would have to go [rad or m], or how many times its speed or step limit it would need.
     pub excess: f64,
+    /// The combination in words, if it is one: "joint 2 + joint 3".
+    pub combination: Option<String>,
+}
+
+/// What has a position limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limited {
+    /// A joint.
+    Joint(usize),
+    /// A combination, by its number among those of the robot.
+    Combination(usize),
+}
+
+impl Limited {
+    /// Its failure, by the distance of the joints beyond it.
+    pub(super) fn failed(self, robot: &Robot, beyond: f64) -> Option<FailedJoint> {
+        let slides = |joint: usize| robot.joints()[joint] == Joint::Prismatic;
+        let k = match self {
+            Self::Joint(number) => return Some(FailedJoint { number, slides: slides(number), excess: beyond, combination: None }),
+            Self::Combination(k) => k,
+        };
+        let combination = robot.limits().coupled.get(k)?;
+        let joints = || (0..robot.n()).filter(|&i| combination.row[i] != 0.0);
+        let number = joints().next()?;
+        // Angles and distances have no unit in common.
+        let alike = joints().all(|i| slides(i) == slides(number));
+        let excess = if alike { beyond * combination.norm() } else { f64::NAN };
+        Some(FailedJoint { number, slides: slides(number), excess, combination: Some(combination.to_string()) })
+    }
 }
 
 impl PlanFailure {
@@ -99,8 +129,11 @@ impl PlanFailure {
 impl fmt::Display for PlanFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "point {}: {}", self.point, self.cause.name())?;
-        let Some(joint) = self.joint else { return f.write_str(self.cause.detail()) };
-        write!(f, " of joint {}", joint.number + 1)?;
+        let Some(joint) = &self.joint else { return f.write_str(self.cause.detail()) };
+        match &joint.combination {
+            Some(combination) => write!(f, " of {combination}")?,
+            None => write!(f, " of joint {}", joint.number + 1)?,
+        }
         if !joint.excess.is_finite() {
             return Ok(());
         }

@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use rayon::prelude::*;
 
 use super::lattice::Cause;
+use crate::robot::{AT_LIMIT, Limits};
 
 /// Layers with fewer edges than this are searched on one core.
 const PARALLEL: usize = 100_000;
@@ -312,7 +313,7 @@ impl Graph {
 
     /// The same graph with every whole turn of one wide joint within its limits as a branch of its own.
     pub fn with_turns(&self, joint: usize, low: f64, high: f64) -> Self {
-        let copies = ((high - low) / TAU).floor() as usize + 1;
+        let copies = ((high - low + 2.0 * AT_LIMIT) / TAU).floor() as usize + 1;
         let (n, b) = (self.n, self.branches);
         let mut out = Self {
             branches: b * copies,
@@ -325,18 +326,27 @@ impl Graph {
         out.wide[joint] = false;
         for cell in 0..self.value.len() {
             let row = &self.q[cell * n..(cell + 1) * n];
-            let first = row[joint] + TAU * ((low - row[joint]) / TAU).ceil();
+            let first = row[joint] + TAU * ((low - AT_LIMIT - row[joint]) / TAU).ceil();
             for copy in 0..copies {
                 let turned = first + TAU * copy as f64;
-                let inside = turned <= high;
+                let inside = turned <= high + AT_LIMIT;
                 out.q.extend_from_slice(row);
                 let at = out.q.len() - n + joint;
-                out.q[at] = turned;
+                out.q[at] = if inside { turned.max(low).min(high) } else { turned };
                 out.value.push(self.value[cell]);
                 out.cause.push(if inside { self.cause[cell] } else { self.cause[cell].max(Cause::JointLimit as u8) });
             }
         }
         out
+    }
+
+    /// Closes the postures beyond limits.
+    pub fn close_beyond(&mut self, limits: &Limits) {
+        for (row, cause) in self.q.chunks_exact(self.n).zip(&mut self.cause) {
+            if !limits.contain(row) {
+                *cause = (*cause).max(Cause::JointLimit as u8);
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::numbers::{half_open, linspace, shown};
 use crate::error::{Error, Result};
-use crate::inverse::{Inverse, Structure};
+use crate::inverse::{Structure, TaskInverse};
 use crate::robot::{Joint, Robot};
 use crate::task::Task;
 
@@ -17,12 +17,12 @@ const EDGE: f64 = 1e-3;
 /// places happen to meet.
 const ANYWHERE: f64 = 0.37;
 
-/// The spins of a grid \[rad\]: from -pi over a whole turn, from end to end of a range, or 0 for a task that fixes the orientation.
+/// The spins of a grid \[rad\]: from -pi over a whole turn, from end to end of a range, or 0 where the tool does not spin freely.
 ///
 /// # Errors
 /// [`Error::Value`] if there is not at least one angle, or the range is not one.
-pub fn angle_grid(task: &Task, n_angles: usize, spin_range: Option<(f64, f64)>) -> Result<Vec<f64>> {
-    if task.kind() == "full" {
+pub fn angle_grid(spins: bool, n_angles: usize, spin_range: Option<(f64, f64)>) -> Result<Vec<f64>> {
+    if !spins {
         return Ok(vec![0.0]);
     }
     if n_angles < 1 {
@@ -43,32 +43,37 @@ pub struct SpareGrid {
     pub joints: Vec<usize>,
     /// Their values; one row, an empty one, without joints.
     pub values: Vec<Vec<f64>>,
+    /// Whether the tool of the others may spin as it likes, so that its spins are on a grid too.
+    pub spins: bool,
 }
 
 impl SpareGrid {
-    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide and those without which the rest has a
-    /// closed form.
+    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide beside six that turn and those without which
+    /// the rest has a closed form.
     ///
     /// # Errors
-    /// [`Error::Value`] if six revolute joints are not what is left, or a joint slides without limits.
-    pub fn new(robot: &Robot, spare: Option<&[usize]>, n_spare: usize) -> Result<Self> {
-        let joints = spare.map_or_else(|| choice(robot), |spare| Ok(spare.to_vec()))?;
+    /// [`Error::Value`] if what is left does not fit the task, or a joint slides without limits.
+    pub fn new(robot: &Robot, task: &Task, spare: Option<&[usize]>, n_spare: usize) -> Result<Self> {
+        let joints = spare.map_or_else(|| choice(robot, task), |spare| Ok(spare.to_vec()))?;
         if n_spare < 1 {
             return Err(Error::value("n_spare", n_spare, "at least 1"));
         }
-        let letters = robot.joint_letters();
-        let left: String = letters.chars().enumerate().filter(|(i, _)| !joints.contains(i)).map(|(_, letter)| letter).collect();
-        if left != "R".repeat(MOVING) || joints.iter().any(|joint| *joint >= robot.n()) {
+        let fitting = joints.iter().all(|joint| *joint < robot.n()) && joints.len() < robot.n();
+        let rest = if fitting { Some(rest(robot, &joints)?).filter(|rest| fits(robot, rest, task)) } else { None };
+        let Some(rest) = rest else {
+            let letters = robot.joint_letters();
+            let left: String = letters.chars().enumerate().filter(|(i, _)| !joints.contains(i)).map(|(_, letter)| letter).collect();
             let given = format!("{}, which leaves the joints '{left}' of '{letters}'", tuple(&joints));
-            return Err(Error::value("spare", given, "six revolute ones"));
-        }
+            return Err(Error::value("spare", given, "six revolute ones, or as many as the task and its free spin take"));
+        };
+        let spins = can_spin(&rest, task);
         let mut values = vec![Vec::new()];
         for &joint in &joints {
             let column = column(robot, joint, n_spare)?;
             let extended = |row: &Vec<f64>| column.iter().map(|x| [&row[..], &[*x]].concat()).collect::<Vec<_>>();
             values = values.iter().flat_map(extended).collect();
         }
-        Ok(Self { joints, values })
+        Ok(Self { joints, values, spins })
     }
 }
 
@@ -78,34 +83,61 @@ fn tuple(numbers: &[usize]) -> String {
     format!("({}{})", shown.join(", "), if numbers.len() == 1 { "," } else { "" })
 }
 
-/// The joints to hold: all that slide, and those without which the rest has a closed form.
-fn choice(robot: &Robot) -> Result<Vec<usize>> {
-    let of_kind = |kind: Joint| (0..robot.n()).filter(move |&i| robot.joints()[i] == kind).collect::<Vec<_>>();
+/// The robot with joints held somewhere.
+fn rest(robot: &Robot, joints: &[usize]) -> Result<Robot> {
+    let held: Vec<(usize, f64)> = joints.iter().map(|joint| (*joint, ANYWHERE)).collect();
+    robot.with_fixed(&held)
+}
+
+/// Whether a robot can spin its tool about the task's axis beside what the task asks for.
+fn can_spin(robot: &Robot, task: &Task) -> bool {
+    task.spin_axis().is_some() && Task::FULL.rank(robot) > task.rank(robot)
+}
+
+/// What a cell of the grid asks of a robot without its spare joints: the task, or all where the spin is given too.
+pub fn cell_task(spins: bool, task: &Task) -> Task {
+    if spins { Task::FULL } else { *task }
+}
+
+/// Whether a cell of the grid leaves no joint to spare of what is left of a robot, whose tool can spin still if it could.
+fn fits(robot: &Robot, rest: &Robot, task: &Task) -> bool {
+    let spins = can_spin(robot, task);
+    can_spin(rest, task) == spins && cell_task(spins, task).rank(rest) == rest.n()
+}
+
+/// The joints to hold: all that slide beside six that turn, and those without which the rest has a closed form.
+fn choice(robot: &Robot, task: &Task) -> Result<Vec<usize>> {
+    let n = robot.n();
+    let of_kind = |kind: Joint| (0..n).filter(move |&i| robot.joints()[i] == kind).collect::<Vec<_>>();
     let (sliding, turning) = (of_kind(Joint::Prismatic), of_kind(Joint::Revolute));
-    let Some(count) = turning.len().checked_sub(MOVING) else {
-        let given = format!("one with the joints '{}'", robot.joint_letters());
-        return Err(Error::value("robot", given, "at least six revolute ones"));
+    let (always, among, count) = match turning.len().checked_sub(MOVING) {
+        Some(count) => (sliding, turning, count),
+        None => (Vec::new(), (0..n).collect(), n - cell_task(can_spin(robot, task), task).rank(robot)),
     };
-    let mut best: Option<(usize, Vec<usize>)> = None;
-    for extra in combinations(&turning, count) {
-        let mut joints = [&sliding[..], &extra].concat();
+    let mut best: Option<((usize, usize), Vec<usize>)> = None;
+    for extra in combinations(&among, count) {
+        let mut joints = [&always[..], &extra].concat();
         joints.sort_unstable();
-        let rank = rank(robot, &joints)?;
-        if best.as_ref().is_none_or(|(least, _)| rank < *least) {
-            best = Some((rank, joints));
+        let rest = rest(robot, &joints)?;
+        if fits(robot, &rest, task) {
+            let turning = joints.iter().filter(|joint| robot.joints()[**joint] == Joint::Revolute).count();
+            let rank = (effort(rest, task)?, turning);
+            if best.as_ref().is_none_or(|(least, _)| rank < *least) {
+                best = Some((rank, joints));
+            }
         }
     }
     Ok(best.map_or(Vec::new(), |(_, joints)| joints))
 }
 
-/// How hard what is left is to invert once some joints are held.
-fn rank(robot: &Robot, joints: &[usize]) -> Result<usize> {
-    let held: Vec<(usize, f64)> = joints.iter().map(|joint| (*joint, ANYWHERE)).collect();
-    let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
-    Ok(match inverse.structure() {
-        Structure::Wrist { .. } => 0,
-        Structure::Parallel { .. } => 1,
-        Structure::General => 2,
+/// How hard the cells of a robot are to solve.
+fn effort(robot: Robot, task: &Task) -> Result<usize> {
+    let task = cell_task(can_spin(&robot, task), task);
+    Ok(match TaskInverse::new(Arc::new(robot), task)?.structure() {
+        Some(Structure::Wrist { .. } | Structure::Sliding) => 0,
+        Some(Structure::Parallel { .. }) => 1,
+        Some(Structure::General) => 2,
+        None => 3,
     })
 }
 

@@ -5,18 +5,16 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::grid::SpareGrid;
+use super::failure::Limited;
+use super::grid::{SpareGrid, cell_task};
 use super::hooks::{Hooks, PlanError};
 use crate::error::{Error, Result};
 use crate::index::Objective;
-use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
+use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::Vec3;
-use crate::robot::{Joint, Robot};
-
-/// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
-pub const LIMIT_MARGIN: f64 = 1e-7;
+use crate::robot::{AT_LIMIT, Joint, Robot};
+use crate::task::Task;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,12 +67,12 @@ impl Cells {
     }
 }
 
-/// Joints held at one of the values of the grid, and the six that are left.
+/// Joints held at one of the values of the grid, and those that are left.
 #[derive(Debug, Clone)]
 struct Slice {
     held: Vec<(usize, f64)>,
-    moving: [usize; 6],
-    inverse: Inverse,
+    moving: Vec<usize>,
+    inverse: TaskInverse,
 }
 
 /// The grid.
@@ -95,12 +93,12 @@ impl Cause {
 }
 
 impl Lattice {
-    /// `frames` are those of the tool at spin 0, one a point; the tool may turn by `angles` about `axis` (tool frame). The joints to spare
-    /// are held at each of their values in turn; six revolute joints have to be left.
+    /// `frames` are those of the tool at spin 0, one a point; where the spare grid says that it spins, the tool may turn by `angles` about the task's
+    /// axis. The joints to spare are held at each of their values in turn.
     pub fn new(
         robot: Arc<Robot>,
         frames: Arc<[Frame]>,
-        axis: Vec3,
+        task: &Task,
         angles: &[f64],
         spare: &SpareGrid,
         objective: Option<Objective>,
@@ -113,18 +111,16 @@ impl Lattice {
             return Err(Error::value("path", "empty", "at least one point, one angle and one value of the spare joints"));
         }
         let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.joints.contains(i)).collect();
-        let moving: [usize; 6] = moving.try_into().map_err(|left: Vec<usize>| {
-            Error::value("spare", format!("{} joints left", left.len()), "joints that leave six revolute ones")
-        })?;
         let slices = spare
             .values
             .iter()
             .map(|row| {
                 let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
-                let inverse = Inverse::new(Arc::new(robot.with_fixed(&held)?))?;
-                Ok(Slice { held, moving, inverse })
+                let inverse = TaskInverse::new(Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task))?;
+                Ok(Slice { held, moving: moving.clone(), inverse })
             })
             .collect::<Result<Vec<_>>>()?;
+        let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
         let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
         Ok(Self { robot, frames, turns, slices, objective, limits, branches })
@@ -263,7 +259,8 @@ impl Lattice {
                     let cell = start + slot;
                     let row = &mut q[cell * n..(cell + 1) * n];
                     slice.expand(&found, k, row);
-                    if !self.limits || self.robot.limits().margin(row) >= LIMIT_MARGIN {
+                    self.robot.turn_together(row, &slice.held);
+                    if !self.limits || self.robot.limits().settle(row) {
                         cause[cell] = Cause::Feasible as u8;
                         feasible.push(cell);
                     } else {
@@ -340,11 +337,11 @@ impl Lattice {
         feasible.extend((0..cause.len()).filter(|&cell| cause[cell] == Cause::Feasible as u8));
     }
 
-    /// The joint that keeps point `i` from being feasible, if its limit is what does: the one that is least beyond it over all postures, with
-    /// how far [rad or m].
-    pub fn nearest_to_limits(&self, i: usize) -> Option<(usize, f64)> {
+    /// What keeps point `i` from being feasible, if a limit is what does: the one that the posture least beyond limits is farthest beyond, with how far
+    /// [rad or m].
+    pub fn nearest_to_limits(&self, i: usize) -> Option<(Limited, f64)> {
         let limits = self.robot.limits();
-        let mut best: Option<(usize, f64)> = None;
+        let mut best: Option<(Limited, f64)> = None;
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
             for turn in &self.turns {
@@ -352,15 +349,14 @@ impl Lattice {
                 for k in 0..found.count {
                     let row = &mut row[..self.robot.n()];
                     slice.expand(&found, k, row);
-                    let (mut joint, mut beyond) = (0, f64::NEG_INFINITY);
-                    for (j, x) in row.iter().enumerate() {
-                        let over = (limits.q_min[j] - x).max(x - limits.q_max[j]);
-                        if over > beyond {
-                            (joint, beyond) = (j, over);
-                        }
-                    }
-                    if best.is_none_or(|(_, least)| beyond < least) {
-                        best = Some((joint, beyond));
+                    self.robot.turn_together(row, &slice.held);
+                    let alone = row.iter().enumerate().map(|(j, x)| (Limited::Joint(j), (limits.q_min[j] - x).max(x - limits.q_max[j])));
+                    let together = limits.coupled.iter().enumerate().map(|(k, it)| (Limited::Combination(k), -it.margin(row)));
+                    let beyond = alone.chain(together).reduce(|a, b| if b.1 > a.1 { b } else { a });
+                    if let Some(beyond) = beyond
+                        && best.is_none_or(|(_, least)| beyond.1 < least)
+                    {
+                        best = Some(beyond);
                     }
                 }
             }
@@ -390,5 +386,5 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Which joints turn far enough to come round to the same place: their whole turns are decided for the path as a whole.
 pub fn wide_joints(robot: &Robot, limits: bool) -> Vec<bool> {
     let range = |i: usize| robot.limits().q_max[i] - robot.limits().q_min[i];
-    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU + 2.0 * LIMIT_MARGIN)).collect()
+    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU - 2.0 * AT_LIMIT)).collect()
 }

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::bound::least_value;
+use super::failure::Limited;
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
@@ -68,10 +69,9 @@ pub(super) struct Layers<'a> {
 impl<'a> Layers<'a> {
     /// None yet; over a grid of `finer` times as many spins as the settings say.
     pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &SpareGrid, finer: usize) -> Result<Self, Error> {
-        let angles = angle_grid(&problem.task, settings.n_angles * finer, settings.spin_range)?;
-        let axis = problem.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
+        let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
-        let lattice = Lattice::new(robot, frames, axis, &angles, spare, objective, problem.limits)?;
+        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
         Ok(Self { problem, settings, lattice, spin_step, cells, order, least })
@@ -125,8 +125,8 @@ impl<'a> Layers<'a> {
         Cause::ALL.get(usize::from(*worst)).copied()
     }
 
-    /// The joint that is least beyond its limit at a point, and by how much.
-    pub fn nearest_to_limits(&self, point: usize) -> Option<(usize, f64)> {
+    /// What is least beyond its limit at a point, and by how much.
+    pub fn nearest_to_limits(&self, point: usize) -> Option<(Limited, f64)> {
         self.lattice.nearest_to_limits(point)
     }
 
@@ -190,6 +190,22 @@ impl<'a> Layers<'a> {
                 graph.q[at * n..(at + 1) * n].copy_from_slice(&known.q[i * n..(i + 1) * n]);
             }
         }
+        self.with_coupled_turns(graph)
+    }
+
+    /// Where limits on combinations hold, whole turns of their joints tell postures apart: each is a branch of its own from the start.
+    fn with_coupled_turns(&self, mut graph: Graph) -> Graph {
+        let (robot, limits) = (&self.problem.robot, self.problem.robot.limits());
+        if !self.problem.limits || limits.coupled.is_empty() {
+            return graph;
+        }
+        for joint in (0..robot.n()).filter(|&joint| limits.coupled.iter().any(|combination| combination.row[joint] != 0.0)) {
+            if graph.wide[joint] {
+                let (low, high) = robot.span(joint);
+                graph = graph.with_turns(joint, low, high);
+            }
+        }
+        graph.close_beyond(limits);
         graph
     }
 

@@ -55,7 +55,7 @@ pub use frames::{across, spin, spin_along, spin_frames, tools, transport};
 pub use graph::{Blockage, Criterion, Graph, Route, Search};
 pub use grid::{SpareGrid, angle_grid};
 pub use hooks::{Hooks, PlanError, Predicate, PredicateError};
-pub use lattice::{Cause, LIMIT_MARGIN, Lattice};
+pub use lattice::{Cause, Lattice};
 pub use part::WarmStart;
 pub use path::{Path, point_weights};
 pub use planner::Planner;

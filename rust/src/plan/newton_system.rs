@@ -86,7 +86,12 @@ impl<const C: usize> Model<C> {
         }
         model.add_motion(problem, points, n);
         for ((c, s), y) in constraints.iter().zip(slack).zip(dual) {
-            model.add_constraint(points, c, *y, mu / s, y / s, n);
+            match c.kind {
+                Kind::Combination => model.add_gradient(c, &problem.robot.limits().coupled[c.joint].row, *y, mu / s, y / s),
+                Kind::Spin => model.add_gradient(c, &points[c.point].spin_gradient(), *y, mu / s, y / s),
+                _ => model.add_constraint(points, c, *y, mu / s, y / s, n),
+            }
+            model.add_widening(c, *y, mu / s, y / s);
         }
         model
     }
@@ -144,23 +149,30 @@ impl<const C: usize> Model<C> {
                 self.lagrangian_common[0] -= y;
                 self.barrier_common[0] -= force;
             }
-            Kind::Spin => {
-                let gradient = points[i].spin_gradient();
-                for a in 0..n {
-                    self.lagrangian[i][a] += c.sign * y * gradient[a];
-                    self.barrier[i][a] += c.sign * force * gradient[a];
-                    self.border[1][i][a] -= c.sign * w * widening * gradient[a];
-                    for b in 0..n {
-                        self.hessian[i][a][b] += w * gradient[a] * gradient[b];
-                    }
-                }
-            }
-            Kind::Widening => {}
+            Kind::Combination | Kind::Spin | Kind::Widening => {}
         }
+    }
+
+    /// What a slack does through the widening.
+    fn add_widening(&mut self, c: &Constraint, y: f64, force: f64, w: f64) {
+        let widening = c.widening_slope();
         if widening != 0.0 && self.present[1] {
             self.corner[1] += w * widening * widening;
             self.lagrangian_common[1] -= y * widening;
             self.barrier_common[1] -= force * widening;
+        }
+    }
+
+    /// A slack `... - sign x` of a quantity whose gradient is given.
+    fn add_gradient(&mut self, c: &Constraint, gradient: &[f64], y: f64, force: f64, w: f64) {
+        let (i, widening) = (c.point, c.widening_slope());
+        for (a, along) in gradient.iter().enumerate() {
+            self.lagrangian[i][a] += c.sign * y * along;
+            self.barrier[i][a] += c.sign * force * along;
+            self.border[1][i][a] -= c.sign * w * widening * along;
+            for (b, other) in gradient.iter().enumerate() {
+                self.hessian[i][a][b] += w * along * other;
+            }
         }
     }
 
@@ -189,7 +201,7 @@ impl<const C: usize> Model<C> {
         let (n, r, count) = (problem.n(), problem.freedoms(), points.len());
         let place = |i: usize| folded(i, count, problem.turns.is_some());
         let reach = if problem.turns.is_some() { 2 } else { 1 };
-        let mut matrix = Banded::new(count * r, (reach + 1) * r - 1);
+        let mut matrix = Banded::new(count * r, ((reach + 1) * r).saturating_sub(1));
         for (i, point) in points.iter().enumerate() {
             let block = point.reduce(&self.lagrangian[i], &self.hessian[i], r);
             for a in 0..r {
@@ -229,7 +241,7 @@ impl<const C: usize> Model<C> {
         }
         direction.slope =
             gradient.iter().zip(&z).map(|(g, z)| g * z).sum::<f64>() + (0..COMMON).map(|k| self.barrier_common[k] * common[k]).sum::<f64>();
-        direction.slack = constraints.iter().map(|c| slack_change(c, points, &direction, n)).collect();
+        direction.slack = constraints.iter().map(|c| slack_change(c, problem, points, &direction, n)).collect();
         Some(direction)
     }
 
@@ -289,10 +301,11 @@ fn folded(i: usize, count: usize, ring: bool) -> usize {
     }
 }
 
-fn slack_change<const C: usize>(c: &Constraint, points: &[Point<C>], direction: &Direction<C>, n: usize) -> f64 {
+fn slack_change<const C: usize>(c: &Constraint, problem: &PathProblem, points: &[Point<C>], direction: &Direction<C>, n: usize) -> f64 {
     let dq = &direction.dq;
     let own = match c.kind {
         Kind::Position => -c.sign * dq[c.point][c.joint],
+        Kind::Combination => -c.sign * problem.robot.limits().coupled[c.joint].value(&dq[c.point]),
         Kind::Motion => -c.sign * (dq[(c.point + 1) % dq.len()][c.joint] - dq[c.point][c.joint]),
         Kind::Value => direction.common[0] - (0..n).map(|k| points[c.point].objective.gradient[k] * dq[c.point][k]).sum::<f64>(),
         Kind::Spin => {

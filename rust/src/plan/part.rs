@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::constraints::{Constraint, Kind};
-use super::failure::{FailedJoint, FailureCause, PlanFailure};
+use super::failure::{FailedJoint, FailureCause, Limited, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::numbers::{interpolated, mean_size};
@@ -141,6 +141,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         value = problem.values(&start);
         rows = start;
     }
+    problem.settle(first, &mut rows);
     let tightest = found.tightest.filter(|_| found.status == RefineStatus::Infeasible);
     Ok(Part {
         first,
@@ -222,19 +223,23 @@ impl WarmStart {
 fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint) -> PlanFailure {
     let n = problem.n();
     let (at, number) = (tightest.point, tightest.joint);
-    let slides = problem.robot.joints()[number] == Joint::Prismatic;
-    let joint = |excess: f64| Some(FailedJoint { number, slides, excess });
-    let x = q[at * n + number];
+    let slides = problem.robot.joints().get(number) == Some(&Joint::Prismatic);
+    let joint = |excess: f64| Some(FailedJoint { number, slides, excess, combination: None });
     let point = first + at;
     match tightest.kind {
         Kind::Position => {
-            let limits = problem.robot.limits();
+            let (limits, x) = (problem.robot.limits(), q[at * n + number]);
             let beyond = (limits.q_min[number] - x).max(x - limits.q_max[number]);
             PlanFailure { point, cause: FailureCause::JointLimit, joint: joint(beyond) }
         }
+        Kind::Combination => {
+            let beyond = -problem.robot.limits().coupled[number].margin(&q[at * n..(at + 1) * n]);
+            let joint = Limited::Combination(number).failed(&problem.robot, beyond);
+            PlanFailure { point, cause: FailureCause::JointLimit, joint }
+        }
         Kind::Motion => {
             let following = (at + 1).min(q.len() / n - 1);
-            let excess = (q[following * n + number] - x).abs() / problem.bounds[point * n + number];
+            let excess = (q[following * n + number] - q[at * n + number]).abs() / problem.bounds[point * n + number];
             let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
             PlanFailure { point: point + 1, cause, joint: joint(excess) }
         }

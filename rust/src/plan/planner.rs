@@ -34,7 +34,7 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// For a robot with six revolute joints, or with more of which some are spare, and an axisymmetric or a full task.
+    /// For an axisymmetric or a full task and any robot whose joints it takes, or that has some to spare.
     ///
     /// # Errors
     /// [`Error::Value`] if a setting is out of its domain, an objective is missing, or the task, the robot or the path is none that can be
@@ -46,8 +46,8 @@ impl Planner {
         }
         settings.check()?;
         let problem = PathProblem::new(robot.clone(), &path, task, objective, &settings)?;
-        let spare = SpareGrid::new(&robot, settings.spare.as_deref(), settings.n_spare)?;
-        angle_grid(&task, settings.n_angles, settings.spin_range)?;
+        let spare = SpareGrid::new(&robot, &task, settings.spare.as_deref(), settings.n_spare)?;
+        angle_grid(spare.spins, settings.n_angles, settings.spin_range)?;
         Ok(Self { problem, path, settings, spare, warm_start: None })
     }
 

@@ -10,14 +10,14 @@ use super::graph::Criterion;
 use super::numbers::{mean_size, sum};
 use super::path::{Path, point_weights};
 use super::settings::{Aim, PlanSettings};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::size;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
 use crate::linalg::with_capacity;
+use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
 
@@ -41,8 +41,10 @@ const BELOW_SPEED: f64 = 1.0 - 1e-9;
 pub struct PathProblem {
     /// Robot.
     pub robot: Arc<Robot>,
-    /// Task.
+    /// Task, as far as the robot's tool can move.
     pub task: Task,
+    /// The task that was asked for.
+    pub asked: Task,
     /// Targets, one a point. In a stretch that closes, the last one, which is the first, is left out.
     pub targets: Arc<[Target]>,
     /// Tool frames at spin 0, one a point.
@@ -86,14 +88,22 @@ impl PathProblem {
     /// The problem of a whole path.
     ///
     /// # Errors
-    /// [`crate::error::Error`] if the path does not suit the task.
+    /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
     pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
         let motion_alone = settings.criterion == Aim::Motion;
         let frames = spin_frames(path, &task, settings.closed)?;
         let steps = path.shares();
+        let (asked, task) = (task, task.suited(&robot));
+        if task.rank(&robot) < task.dimension() {
+            let given = format!("{} of {} components for {} joints", asked.kind(), asked.dimension(), robot.n());
+            return Err(Error::value("task", given, "one that asks for no more than the robot can do"));
+        }
+        let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
+        let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
         Ok(Self {
             task,
-            targets: path.targets(&task)?.into(),
+            asked,
+            targets: targets.into(),
             frames: frames.into(),
             length: objective.as_ref().and_then(Objective::length).unwrap_or(1.0),
             objective: objective.filter(|_| !motion_alone),
@@ -106,7 +116,7 @@ impl PathProblem {
             limits: settings.limits,
             closed: settings.closed,
             turns: None,
-            spin: task.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
+            spin: asked.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
             robot,
         })
     }
@@ -235,6 +245,22 @@ impl PathProblem {
         }
     }
 
+    /// Puts postures of the points from `first` on onto limits that they are on, as far as they stay on the path.
+    pub(super) fn settle(&self, first: usize, q: &mut [f64]) {
+        let (n, limits) = (self.n(), self.robot.limits());
+        for (i, row) in q.chunks_exact_mut(n).enumerate() {
+            let mut there = [0.0; MAX_JOINTS];
+            let there = &mut there[..n];
+            there.copy_from_slice(row);
+            if self.limits && limits.settle(there) && *there != *row {
+                let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
+                if norm(w).max(norm(v)) <= ON_PATH {
+                    row.copy_from_slice(there);
+                }
+            }
+        }
+    }
+
     /// Brings a posture onto a target; whether it got there.
     pub(super) fn reach<const C: usize>(&self, point: usize, q: &mut [f64]) -> bool {
         reach_sized::<C>(&self.robot, None, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
@@ -250,7 +276,7 @@ impl PathProblem {
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
             let apart: [Vec3; 3] = std::array::from_fn(|i| sub(tool.axes[i], frame.axes[i]));
-            let chord = match self.task.spin_axis() {
+            let chord = match self.asked.spin_axis() {
                 Some(axis) => norm(Frame { axes: apart, origin: [0.0; 3] }.rotate(axis)),
                 None => apart.iter().map(|a| dot(*a, *a)).sum::<f64>().sqrt() / SQRT_2,
             };

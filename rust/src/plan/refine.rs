@@ -1,11 +1,12 @@
 //! From a route through a grid to the optimum of the continuous path: a primal-dual interior-point method with exact second derivatives
 //! (Nocedal and Wright 2006, chapter 19), every iterate on the path and within what has to hold.
 
-use super::constraints::{Common, Constraint, constraints};
+use super::constraints::{Common, Constraint, Kind, constraints};
 use super::graph::Criterion;
 use super::newton_system::{Direction, Model, moved, widening_weight};
 use super::problem::PathProblem;
 use crate::linalg::with_capacity;
+use crate::robot::AT_LIMIT;
 
 /// The sum of slack times multiplier at the start and at the end, relative to what is minimised.
 const FIRST_GAP: f64 = 1e-2;
@@ -37,8 +38,8 @@ const TINY: f64 = 1e-12;
 /// How far the limits are widened at the start beyond what is missing: as a factor, and beside it.
 const WIDER: f64 = 1.1;
 const WIDER_BY: f64 = 1e-6;
-/// Widening that is rounding.
-const NONE: f64 = 1e-7;
+/// A point that starts on a limit, as where its posture has no choice, has this much room beyond it [rad or m]: more than rounding takes.
+const ROOM: f64 = 0.1 * AT_LIMIT;
 
 /// How a refinement ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,14 +109,26 @@ fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], max_iterations
     let mut state = State { q, values, common, slack: Vec::new(), dual: Vec::new() };
     solver.scale = solver.cost(&state.q, &state.values, &state.common).abs().max(TINY);
     state.slack = solver.slacks(&state.q, &state.values, &state.common);
+    make_room(&mut solver.constraints, &mut state.slack);
     let least = state.slack.iter().zip(&solver.constraints).map(|(s, c)| s / c.widening_slope().max(TINY)).fold(f64::INFINITY, f64::min);
     if least <= 0.0 {
         // Not within the limits: they are widened until it is, and the widening is what costs most.
         solver.constraints = constraints(problem, true);
+        let mut slack = solver.slacks(&state.q, &state.values, &state.common);
+        make_room(&mut solver.constraints, &mut slack);
         state.common.widening = -WIDER * least + WIDER_BY;
         state.slack = solver.slacks(&state.q, &state.values, &state.common);
     }
     solver.run(state, max_iterations, cancelled)
+}
+
+/// Points that are on a limit get room beyond it.
+fn make_room(constraints: &mut [Constraint], slack: &mut [f64]) {
+    for (c, slack) in constraints.iter_mut().zip(slack) {
+        if matches!(c.kind, Kind::Position | Kind::Combination) && *slack < ROOM && *slack > -AT_LIMIT - ROOM {
+            (c.bound, *slack) = (c.bound + ROOM - *slack, ROOM);
+        }
+    }
 }
 
 /// A posture in the capacity of the kernels.
@@ -263,7 +276,7 @@ impl<const C: usize> Solver<'_, C> {
     }
 
     fn finish(self, state: State<C>, (residual, status): (f64, RefineStatus)) -> Refined {
-        let beyond = state.common.widening > NONE;
+        let beyond = state.common.widening > AT_LIMIT;
         let tightest = beyond
             .then(|| {
                 let forces = self.constraints.iter().zip(&state.dual).map(|(c, y)| (c, y * c.widening_slope()));

@@ -181,7 +181,7 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
     if let Some(blockage) = rivals[0].blocked.filter(|_| ended + 1 < problem.points()) {
         let slow = problem.bounds[ended * n + blockage.joint].is_finite() && blockage.excess > 1.0;
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
-        let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess };
+        let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         part.failure = Some(if slow {
             PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint) }
         } else {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::robot::Limits;
+use crate::robot::{AT_LIMIT, Limits};
 
 /// Makes wide joints continuous: each posture by whole turns next to the one before.
 pub fn unwind(q: &mut [f64], n: usize, wide: &[bool]) {
@@ -22,12 +22,13 @@ pub fn within_limits(q: &mut [f64], n: usize, wide: &[bool], limits: &Limits) ->
         let column = || q.iter().skip(k).step_by(n).copied();
         let (low, high) = column().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         let middle = limits.middle_and_half(k).map_or(0.0, |(middle, _)| middle);
-        let turn = TAU * ((middle - 0.5 * (low + high)) / TAU).round();
-        let fits = |shift: f64| low + shift >= limits.q_min[k] && high + shift <= limits.q_max[k];
-        let Some(shift) = [turn, turn + TAU, turn - TAU].into_iter().find(|shift| fits(*shift)) else {
+        let least = ((limits.q_min[k] - AT_LIMIT - low) / TAU).ceil();
+        let most = ((limits.q_max[k] + AT_LIMIT - high) / TAU).floor();
+        if least > most {
             return Err(k);
-        };
-        q.iter_mut().skip(k).step_by(n).for_each(|x| *x += shift);
+        }
+        let shift = TAU * ((middle - 0.5 * (low + high)) / TAU).round().max(least).min(most);
+        q.iter_mut().skip(k).step_by(n).for_each(|x| *x = (*x + shift).max(limits.q_min[k]).min(limits.q_max[k]));
     }
     Ok(())
 }

@@ -2,14 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use super::failure::{FailedJoint, FailureCause, PlanFailure};
+use super::failure::{FailureCause, PlanFailure};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::Cause;
 use super::layers::Layers;
 use super::part::Part;
 use super::problem::{ON_PATH, PathProblem};
 use crate::resolve::SolveStatus;
-use crate::robot::Joint;
 
 /// A path planned as a whole.
 #[derive(Debug, Clone)]
@@ -122,7 +121,7 @@ fn first_failure(
     hooks: &mut Hooks,
 ) -> Result<Option<PlanFailure>, PlanError> {
     let n = problem.n();
-    let mut failures: Vec<PlanFailure> = parts.iter().filter_map(|part| part.failure).collect();
+    let mut failures: Vec<PlanFailure> = parts.iter().filter_map(|part| part.failure.clone()).collect();
     let is_reached = |point: &usize| plan.status[*point] != SolveStatus::Unreachable;
     let count = plan.status.len();
     if let Some(bad) = (0..count).find(|point| !is_reached(point))
@@ -156,10 +155,9 @@ fn cause_at(problem: &PathProblem, known: &mut Layers, point: usize, hooks: &mut
     known.add(&[point], hooks)?;
     let cause = known.worst_cause(point).unwrap_or(Cause::Unreachable);
     if cause == Cause::JointLimit
-        && let Some((number, excess)) = known.nearest_to_limits(point)
+        && let Some((limited, beyond)) = known.nearest_to_limits(point)
     {
-        let slides = problem.robot.joints()[number] == Joint::Prismatic;
-        return Ok(PlanFailure { point, cause: FailureCause::JointLimit, joint: Some(FailedJoint { number, slides, excess }) });
+        return Ok(PlanFailure { point, cause: FailureCause::JointLimit, joint: limited.failed(&problem.robot, beyond) });
     }
     let cause = match cause {
         _ if known.is_open(point) => FailureCause::NoWay,

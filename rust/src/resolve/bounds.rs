@@ -1,6 +1,7 @@
 //! How fast a joint may move within a tick: limits of position, speed and acceleration as bounds of its rate.
 
-use crate::robot::Limits;
+use crate::qp::DenseRow;
+use crate::robot::{AT_LIMIT, Limits};
 
 /// Largest motion of a joint in one step of a search [rad or m].
 const LARGEST_MOTION: f64 = 0.3;
@@ -8,21 +9,77 @@ const LARGEST_MOTION: f64 = 0.3;
 const RETURN_SHARE: f64 = 0.25;
 /// The same where it has no limit of speed [rad/s or m/s].
 const RETURN_SPEED: f64 = 0.5;
-/// A joint beyond a limit by no more than this part of the limit, and of 1, is there by rounding [rad or m].
-const ROUNDING: f64 = 1e-12;
+/// Part of the acceleration of its joints together that a combination brakes with: the rest is for what they do beside.
+const BRAKES: f64 = 0.5;
+/// Part of the greatest rate within the bounds of joints that a combination which comes back has at most: the rest is for rounding.
+const FEASIBLE: f64 = 0.999;
 
 /// How far a joint at `q` is beyond a limit, above zero beyond the upper and below zero beyond the lower one; zero within, and for numbers that
 /// are not finite.
 pub(super) fn beyond(limits: &Limits, i: usize, q: f64) -> f64 {
     let (low, high) = (limits.q_min[i], limits.q_max[i]);
-    let counts = |by: f64, limit: f64| by > ROUNDING * limit.abs().max(1.0) && by.is_finite();
-    if counts(q - high, high) {
-        q - high
-    } else if counts(low - q, low) {
-        q - low
+    outside(q, low, high, AT_LIMIT)
+}
+
+/// How far a value is outside of two limits by more than what is on them, with its sign.
+fn outside(x: f64, low: f64, high: f64, at: f64) -> f64 {
+    let counts = |by: f64| by > at && by.is_finite();
+    if counts(x - high) {
+        x - high
+    } else if counts(low - x) {
+        x - low
     } else {
         0.0
     }
+}
+
+/// The rows that keep combinations of joints within their limits in a tick, as bounds of their rates; how many there are, and whether one is beyond and
+/// has to come back. `low` and `high` bound the rates of joints.
+#[cold]
+#[inline(never)]
+pub(super) fn coupled_rows<const C: usize>(
+    limits: &Limits,
+    q: &[f64],
+    dt: f64,
+    low: &[f64],
+    high: &[f64],
+    rows: &mut [DenseRow<C>],
+) -> (usize, bool) {
+    let mut back = false;
+    for (it, out) in limits.coupled.iter().zip(rows) {
+        let (low, high, returns) = coupled_interval(limits, &it.row, (it.value(q), it.low, it.high), dt, low, high);
+        out.a[..q.len()].copy_from_slice(&it.row);
+        (out.lower, out.upper) = (low, high);
+        back |= returns;
+    }
+    (limits.coupled.len(), back)
+}
+
+/// Least and greatest rate of a combination whose value lies among its limits.
+#[inline(never)]
+fn coupled_interval(
+    limits: &Limits,
+    row: &[f64],
+    (value, least, most): (f64, f64, f64),
+    dt: f64,
+    low: &[f64],
+    high: &[f64],
+) -> (f64, f64, bool) {
+    let sum = |of: &dyn Fn(usize) -> f64| (0..row.len()).filter(|&i| row[i] != 0.0).map(of).sum::<f64>();
+    let acceleration = BRAKES * sum(&|i| row[i].abs() * limits.qdd_max[i]);
+    let (slowest, fast) = (-fastest(value - least, acceleration, dt), fastest(most - value, acceleration, dt));
+    let norm = row.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let by = outside(value, least, most, AT_LIMIT * norm);
+    if by == 0.0 {
+        return (slowest, fast, false);
+    }
+    // The greatest rate towards the limit that the joints are free for.
+    let towards = |i: usize| if (row[i] > 0.0) == (by > 0.0) { -row[i].abs() * low[i] } else { row[i].abs() * high[i] };
+    let speed = sum(&|i| row[i].abs() * limits.qd_max[i]);
+    let (slowest, fast) = returning(by, speed, dt, None, slowest, fast);
+    let free = sum(&towards);
+    let free = if free > 0.0 { FEASIBLE * free } else { free };
+    if by > 0.0 { (slowest.min(-free), fast.max(-free), true) } else { (slowest.min(free), fast.max(free), true) }
 }
 
 /// Least and greatest rates of all joints at `q` within limits of position and speed, never empty: a joint never crosses a position limit within the
@@ -32,13 +89,13 @@ pub(super) fn speed_bounds(limits: &Limits, q: &[f64], dt: f64, low: &mut [f64],
     let n = q.len();
     let (least, most, speed) = (&limits.q_min[..n], &limits.q_max[..n], &limits.qd_max[..n]);
     let (low, high) = (&mut low[..n], &mut high[..n]);
-    let mut outside = false;
+    let mut any = false;
     for i in 0..n {
         low[i] = ((least[i] - q[i]) / dt).min(0.0).max(-speed[i]);
         high[i] = ((most[i] - q[i]) / dt).max(0.0).min(speed[i]);
-        outside |= (q[i] < least[i]) | (q[i] > most[i]);
+        any |= (q[i] < least[i]) | (q[i] > most[i]);
     }
-    outside && take_back(limits, q, dt, low, high)
+    any && take_back(limits, q, dt, low, high)
 }
 
 /// The rates of joints that are beyond a limit; whether any is, by more than rounding.
@@ -87,8 +144,7 @@ pub(super) fn rate_interval(limits: &Limits, i: usize, q: f64, dt: f64, before: 
 #[inline(never)]
 fn returning(by: f64, speed: f64, dt: f64, change: Option<(f64, f64)>, low: f64, high: f64) -> (f64, f64) {
     let least = if speed.is_finite() { RETURN_SHARE * speed } else { RETURN_SPEED };
-    // A little further than to the limit, so that rounding does not leave it outside.
-    let least = least.min((by.abs() + ROUNDING) / dt);
+    let least = least.min(by.abs() / dt);
     let back = |before: f64, change: f64| least.min((change - by.signum() * before).max(0.0));
     let least = change.map_or(least, |(before, change)| back(before, change));
     if by > 0.0 { (low, high.min(-least).max(low)) } else { (low.max(least).min(high), high) }
@@ -119,7 +175,7 @@ mod tests {
     use super::*;
 
     fn limits(acceleration: f64) -> Limits {
-        Limits { q_min: vec![-1.0], q_max: vec![1.0], qd_max: vec![2.0], qdd_max: vec![acceleration] }
+        Limits { q_min: vec![-1.0], q_max: vec![1.0], qd_max: vec![2.0], qdd_max: vec![acceleration], coupled: Vec::new() }
     }
 
     #[test]
@@ -152,7 +208,13 @@ mod tests {
 
     #[test]
     fn a_joint_without_limits_or_with_numbers_that_are_none_is_not_taken_back() {
-        let open = Limits { q_min: vec![f64::NAN], q_max: vec![f64::INFINITY], qd_max: vec![f64::INFINITY], qdd_max: vec![f64::NAN] };
+        let open = Limits {
+            q_min: vec![f64::NAN],
+            q_max: vec![f64::INFINITY],
+            qd_max: vec![f64::INFINITY],
+            qdd_max: vec![f64::NAN],
+            coupled: Vec::new(),
+        };
         for q in [0.0, 1e300, f64::INFINITY, f64::NAN] {
             assert_eq!(beyond(&open, 0, q), 0.0);
             let (low, high, _) = rate_interval(&open, 0, q, 1e-3, Some(0.0));

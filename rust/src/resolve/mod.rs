@@ -35,6 +35,7 @@
 //! ```
 
 mod bounds;
+mod coupled;
 pub(crate) mod direct_update;
 mod nearest;
 mod quadratic;

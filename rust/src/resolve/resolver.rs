@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
+use crate::inverse::reach;
 use crate::kinematics::{forward, jacobian};
 use crate::linalg::vector::{Vec3, halves, scale, sub};
 use crate::linalg::{MAX_JOINTS, Row6};
@@ -11,8 +12,8 @@ use crate::task::{Target, Task};
 
 /// Error of a posture that counts as on target [rad, m].
 pub const ON_TARGET: f64 = 1e-9;
-/// How far a posture may be beyond a limit, by rounding, and still count as within [rad or m].
-const BEYOND: f64 = 1e-9;
+/// Steps of Newton onto a target.
+const LANDING: usize = 60;
 /// Relative difference of values that count as the same.
 const TIE: f64 = 1e-9;
 /// Difference of squared distances from the middle of the ranges that counts as none [rad^2].
@@ -175,18 +176,35 @@ pub trait Resolver: Sync {
         for _ in 0..starts {
             let mut q = [0.0; MAX_JOINTS];
             postures.fill(robot, &mut q[..n]);
+            if self.keeps_limits() && !robot.limits().coupled.is_empty() {
+                land(robot, self.task(), target, &mut q[..n]);
+            }
             if !self.prepare(target, &mut q[..n]) {
                 continue;
             }
             let mut solution = self.solve(target, &q[..n]);
             robot.turn(&mut solution.q[..n]);
-            let inside = !self.keeps_limits() || robot.limits().margin(&solution.q[..n]) >= -BEYOND;
+            let inside = !self.keeps_limits() || robot.limits().settle(&mut solution.q[..n]);
             let good = solution.status != SolveStatus::Unreachable && inside;
             if good && best.as_ref().is_none_or(|best| prefers(robot, &solution, best)) {
                 best = Some(solution);
             }
         }
         best
+    }
+}
+
+/// Takes a posture onto a target where a copy by whole turns of what Newton finds without limits is within them: on the way, combinations of joints tell copies
+/// of one posture apart, which the target does not.
+#[cold]
+#[inline(never)]
+fn land(robot: &Robot, task: &Task, target: &Target, q: &mut [f64]) {
+    let (n, mut there) = (q.len(), [0.0; MAX_JOINTS]);
+    there[..n].copy_from_slice(q);
+    let found = reach(robot, None, task, target, 1.0, &mut there[..n], 0.1 * ON_TARGET, LANDING);
+    robot.turn(&mut there[..n]);
+    if found.error <= ON_TARGET && robot.limits().contain(&there[..n]) {
+        q.copy_from_slice(&there[..n]);
     }
 }
 

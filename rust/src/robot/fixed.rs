@@ -33,6 +33,7 @@ impl Robot {
             q_max: kept(&self.limits.q_max),
             qd_max: kept(&self.limits.qd_max),
             qdd_max: kept(&self.limits.qdd_max),
+            coupled: self.limits.coupled.iter().filter_map(|it| it.with_held(&held)).collect(),
         };
         let robot = Self::new(&self.name, &joints, &links, pending.compose(&self.flange))?;
         robot.with_base(self.base).with_tool(self.tool).with_limits(limits)

@@ -1,13 +1,16 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
+mod combination;
 mod dh;
 mod fixed;
 mod limits;
 mod random;
+mod turns;
 pub(crate) mod urdf;
 
+pub use combination::{Combination, MAX_COMBINATIONS};
 pub use dh::{Convention, DhTable};
-pub use limits::{Limits, nearest_turn};
+pub use limits::{AT_LIMIT, Limits, nearest_turn};
 pub use random::RandomPostures;
 
 use crate::error::{Error, Result};
@@ -79,8 +82,7 @@ impl Robot {
         self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
         let slides = self.joints.contains(&Joint::Prismatic);
-        let stretched: f64 = self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum();
-        self.arm = if slides { f64::INFINITY } else { stretched };
+        self.arm = if slides { f64::INFINITY } else { self.stretched() };
         self
     }
 
@@ -109,6 +111,17 @@ impl Robot {
     #[inline(always)]
     pub fn arm(&self) -> f64 {
         self.arm
+    }
+
+    /// The links in line, as sliding joints are at 0 \[m\].
+    fn stretched(&self) -> f64 {
+        self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum()
+    }
+
+    /// What lengths are compared with \[m\]: the links in line, sliding joints at 0; 1 for a robot without any length.
+    pub fn size(&self) -> f64 {
+        let stretched = self.stretched();
+        if stretched > 0.0 { stretched } else { 1.0 }
     }
 
     /// Number of joints.
@@ -173,15 +186,6 @@ impl Robot {
     /// The middle posture: each joint in the middle of its range ([`Limits::middle`]).
     pub fn middle(&self) -> Vec<f64> {
         (0..self.n()).map(|i| self.limits.middle(i)).collect()
-    }
-
-    /// Takes revolute joints by whole turns to where their limits want them ([`Limits::turned`]): the same posture.
-    pub fn turn(&self, q: &mut [f64]) {
-        for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
-            if *joint == Joint::Revolute {
-                q[i] = self.limits.turned(i, q[i]);
-            }
-        }
     }
 
     /// The squared distance of a posture from the middle one: what decides among postures that are equal in all else.

@@ -2,6 +2,9 @@
 
 use super::{Joint, Robot};
 
+/// Postures drawn at most for one within the limits on combinations of joints.
+const TRIES: usize = 100;
+
 /// A stream of postures, uniform within the limits; a joint without limits turns within +-pi or slides within +-1 m, one with a single limit
 /// moves over as much next to it, as near to 0 as it lets.
 #[derive(Debug, Clone)]
@@ -24,14 +27,20 @@ impl RandomPostures {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Fills `q` with the next posture.
+    /// Fills `q` with the next posture. One beyond a limit on a combination of joints is drawn again, and after some tries moved within.
     pub fn fill(&mut self, robot: &Robot, q: &mut [f64]) {
         let limits = robot.limits();
-        for i in 0..q.len() {
-            let reach = if robot.joints()[i] == Joint::Revolute { std::f64::consts::PI } else { 1.0 };
-            let low = limits.q_min[i].max(limits.q_max[i].min(reach) - 2.0 * reach);
-            let high = limits.q_max[i].min(low + 2.0 * reach);
-            q[i] = low + (high - low) * self.uniform();
+        for _ in 0..TRIES {
+            for i in 0..q.len() {
+                let reach = if robot.joints()[i] == Joint::Revolute { std::f64::consts::PI } else { 1.0 };
+                let low = limits.q_min[i].max(limits.q_max[i].min(reach) - 2.0 * reach);
+                let high = limits.q_max[i].min(low + 2.0 * reach);
+                q[i] = low + (high - low) * self.uniform();
+            }
+            if limits.coupled.iter().all(|it| it.margin(q) >= 0.0) {
+                return;
+            }
         }
+        limits.pull_inside(q);
     }
 }

@@ -30,6 +30,7 @@ mod directions;
 mod error;
 mod projector;
 mod redundancy;
+mod suited;
 
 pub use constraint::Constraint;
 pub use directions::Directions;

@@ -142,7 +142,7 @@ pub fn fanuc() -> Robot {
         q_min: degrees(&[-180.0, -60.0, -131.8, -360.0, -125.0, -360.0]),
         q_max: degrees(&[180.0, 75.0, 230.0, 360.0, 125.0, 360.0]),
         qd_max: degrees(&[175.0, 175.0, 175.0, 250.0, 250.0, 355.0]),
-        qdd_max: vec![f64::INFINITY; 6],
+        ..Limits::none(6)
     };
     let robot = Robot::from_dh("fanuc", table, "RRRRRR").unwrap();
     robot.with_tool(Frame::rotation([0.0, 1.0, 0.0], 120f64.to_radians())).with_limits(limits).unwrap()
@@ -159,7 +159,7 @@ pub fn iiwa() -> Robot {
         theta: vec![0.0; 7],
     };
     let bound: Vec<f64> = [170.0f64, 120.0, 170.0, 120.0, 170.0, 120.0, 175.0].iter().map(|x| x.to_radians()).collect();
-    let limits = Limits { q_min: bound.iter().map(|x| -x).collect(), q_max: bound, qd_max: vec![1.7; 7], qdd_max: vec![f64::INFINITY; 7] };
+    let limits = Limits { q_min: bound.iter().map(|x| -x).collect(), q_max: bound, qd_max: vec![1.7; 7], ..Limits::none(7) };
     Robot::from_dh("iiwa", table, "RRRRRRR").unwrap().with_limits(limits).unwrap()
 }
 

@@ -1,5 +1,6 @@
 //! The solvers: rates, programmes, postures on targets.
 
+mod coupled;
 mod quadratic;
 mod rate;
 mod solve;

@@ -17,8 +17,10 @@ use crate::errors::PyResult;
 ///     no branch leads there from the points before) or "not closed".
 /// joint : int or None
 ///     The joint in the way, counted from 0, for the limits of joints.
+/// combination : str or None
+///     The combination of joints in the way, "joint 2 + joint 3".
 /// excess : float
-///     How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it would need; NaN where
+///     How far beyond its limit that joint, or combination, would have to go [rad or m], or how many times its speed or step limit it would need; NaN where
 ///     neither is meant.
 #[pyclass(name = "PlanFailure", frozen, eq, module = "redundancy._core")]
 #[derive(PartialEq)]
@@ -35,12 +37,14 @@ impl From<PlanFailure> for PyPlanFailure {
 #[pymethods]
 impl PyPlanFailure {
     #[new]
-    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false))]
-    fn new(point: usize, cause: &str, joint: Option<usize>, excess: f64, slides: bool) -> PyResult<Self> {
+    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false, combination=None))]
+    fn new(point: usize, cause: &str, joint: Option<usize>, excess: f64, slides: bool, combination: Option<String>) -> PyResult<Self> {
         let known = FailureCause::ALL.into_iter().find(|known| known.name() == cause);
         let names = || FailureCause::ALL.map(|cause| format!("'{}'", cause.name())).join(", ");
         let cause = known.ok_or_else(|| Error::value("cause", format!("'{cause}'"), &format!("one of {}", names())))?;
-        Ok(PlanFailure { point, cause, joint: joint.map(|number| FailedJoint { number, slides, excess }) }.into())
+        let number = if combination.is_some() { joint.or(Some(0)) } else { joint };
+        let joint = number.map(|number| FailedJoint { number, slides, excess, combination });
+        Ok(PlanFailure { point, cause, joint }.into())
     }
 
     /// First point that is not reached as it should be, counted from 0.
@@ -58,13 +62,19 @@ impl PyPlanFailure {
     /// The joint in the way, counted from 0; None where none is.
     #[getter]
     fn joint(&self) -> Option<usize> {
-        self.failure.joint.map(|joint| joint.number)
+        self.failure.joint.as_ref().filter(|joint| joint.combination.is_none()).map(|joint| joint.number)
+    }
+
+    /// The combination of joints in the way, "joint 2 + joint 3"; None where none is.
+    #[getter]
+    fn combination(&self) -> Option<&str> {
+        self.failure.joint.as_ref().and_then(|joint| joint.combination.as_deref())
     }
 
     /// How far beyond its limit that joint would have to go [rad or m], or how many times its speed or step limit it would need.
     #[getter]
     fn excess(&self) -> f64 {
-        self.failure.joint.map_or(f64::NAN, |joint| joint.excess)
+        self.failure.joint.as_ref().map_or(f64::NAN, |joint| joint.excess)
     }
 
     fn __str__(&self) -> String {
@@ -75,8 +85,9 @@ impl PyPlanFailure {
         format!("PlanFailure({})", self.failure)
     }
 
-    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool) {
-        let slides = self.failure.joint.is_some_and(|joint| joint.slides);
-        (self.point(), self.cause(), self.joint(), self.excess(), slides)
+    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>) {
+        let joint = self.failure.joint.as_ref();
+        let slides = joint.is_some_and(|joint| joint.slides);
+        (self.point(), self.cause(), joint.map(|joint| joint.number), self.excess(), slides, self.combination())
     }
 }

@@ -26,7 +26,7 @@ pub fn perpendicular<'py>(py: Python<'py>, vector: &Bound<'py, PyAny>) -> PyResu
     Ok(self::vector(py, &plan::across(axis)))
 }
 
-/// The spins of a grid [rad]: from -pi over a whole turn, from end to end of a range, or 0 for a task that fixes the orientation.
+/// The spins of a grid [rad]: from -pi over a whole turn, from end to end of a range, or 0 where the tool does not spin freely.
 ///
 /// Raises
 /// ------
@@ -35,29 +35,31 @@ pub fn perpendicular<'py>(py: Python<'py>, vector: &Bound<'py, PyAny>) -> PyResu
 #[pyfunction]
 pub fn angle_grid<'py>(
     py: Python<'py>,
-    task: &PyTask,
+    spins: bool,
     n_angles: usize,
     spin_range: Option<(f64, f64)>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    Ok(vector(py, &plan::angle_grid(&task.task, n_angles, spin_range)?))
+    Ok(vector(py, &plan::angle_grid(spins, n_angles, spin_range)?))
 }
 
-/// The joints that are held on a grid, counted from 0 and chosen if not given, and every combination of their values [rad or m], shape (S, k).
+/// The joints that are held on a grid, counted from 0 and chosen if not given, and every combination of their values [rad or m], shape (S, k);
+/// and whether the tool may spin as it likes beside them.
 ///
 /// Raises
 /// ------
 /// InvalidValueError
-///     If six revolute joints are not what is left.
+///     If what is left does not fit the task.
 #[pyfunction]
 pub fn spare_grid<'py>(
     py: Python<'py>,
     robot: &PyRobot,
+    task: &PyTask,
     spare: Option<Vec<usize>>,
     n_spare: usize,
-) -> PyResult<(Vec<usize>, Bound<'py, PyArray2<f64>>)> {
-    let SpareGrid { joints, values } = SpareGrid::new(&robot.robot, spare.as_deref(), n_spare)?;
+) -> PyResult<(Vec<usize>, Bound<'py, PyArray2<f64>>, bool)> {
+    let SpareGrid { joints, values, spins } = SpareGrid::new(&robot.robot, &task.task, spare.as_deref(), n_spare)?;
     let array = PyArray1::from_vec(py, values.concat()).reshape([values.len(), joints.len()])?;
-    Ok((joints, array))
+    Ok((joints, array, spins))
 }
 
 /// Vectors (N, 3), finite.

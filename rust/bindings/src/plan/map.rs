@@ -4,11 +4,12 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::predicate::{asked, raised};
-use crate::array::{elements, ok, output, read_any, read_list, read_vector};
+use crate::array::{elements, ok, output, read_any, read_list};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::robot::PyRobot;
 use crate::robot::frames::read_frames;
+use crate::task::PyTask;
 use redundancy::error::{Error, check_finite};
 use redundancy::plan::{Hooks, Lattice, SpareGrid};
 
@@ -45,12 +46,12 @@ impl PyLattice {
     ///     The robot.
     /// frames : array_like, shape (N, 4, 4)
     ///     Tool frames at spin 0.
-    /// axis : array_like, shape (3,)
-    ///     Axis of the spin in the tool frame.
+    /// task : Task
+    ///     Its axis is that of the spin.
     /// angles : array_like, shape (A,)
     ///     Spins [rad].
     /// spare : list of int
-    ///     Joints that are held, counted from 0; six revolute ones have to be left.
+    ///     Joints that are held, counted from 0.
     /// values : array_like, shape (S, k)
     ///     Coordinates at which they are held.
     /// objective : Objective, optional
@@ -58,12 +59,12 @@ impl PyLattice {
     /// limits : bool
     ///     Whether postures beyond the position limits are out.
     #[new]
-    #[pyo3(signature = (robot, frames, axis, angles, spare, values, objective=None, limits=true))]
+    #[pyo3(signature = (robot, frames, task, angles, spare, values, objective=None, limits=true))]
     fn new(
         py: Python<'_>,
         robot: &PyRobot,
         frames: &Bound<'_, PyAny>,
-        axis: &Bound<'_, PyAny>,
+        task: &PyTask,
         angles: &Bound<'_, PyAny>,
         spare: Vec<usize>,
         values: &Bound<'_, PyAny>,
@@ -71,16 +72,15 @@ impl PyLattice {
         limits: bool,
     ) -> PyResult<Self> {
         let frames = read_frames(frames)?;
-        let mut direction = [0.0; 3];
-        read_vector("axis", axis, 3, &mut direction)?;
         let angles = read_list("angles", angles)?;
         ok(check_finite("angles", &angles))?;
         let (numbers, _) = read_any("values", values)?;
         let rows: Vec<Vec<f64>> =
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
-        let spare = SpareGrid { joints: spare, values: rows };
-        let lattice = Lattice::new(robot.robot.clone(), frames.into(), direction, &angles, &spare, terms, limits);
+        let spare = ok(SpareGrid::new(&robot.robot, &task.task, Some(&spare), 1))?;
+        let spare = SpareGrid { values: rows, ..spare };
+        let lattice = Lattice::new(robot.robot.clone(), frames.into(), &task.task, &angles, &spare, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }
 

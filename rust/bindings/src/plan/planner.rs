@@ -54,7 +54,7 @@ impl PyPlannedPath {
             bound: plan.bound,
             residual: plan.residual,
             refined: plan.refined,
-            failure: plan.failure.map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
+            failure: plan.failure.clone().map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
         })
     }
 }

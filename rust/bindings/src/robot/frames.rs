@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use crate::errors::PyResult;
 
-use crate::array::{ok, read_any, read_list, read_matrix};
+use crate::array::{ok, read_any, read_list, read_matrix, shape_of};
 use crate::robot::PyRobot;
 use redundancy::error::Error;
 use redundancy::linalg::frame::Frame;
@@ -13,15 +13,53 @@ use redundancy::robot::{Limits, Robot};
 
 /// A frame; quickly when it comes as numpy makes it.
 pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
-    if let Ok(array) = value.cast::<PyArray2<f64>>()
-        && array.shape() == [4, 4]
-        && array.is_c_contiguous()
-        && let Ok(readable) = array.try_readonly()
-        && let Ok(numbers) = readable.as_slice()
-    {
-        return ok(Frame::from_matrix(name, numbers));
+    match read_plain_frame(name, value) {
+        Some(frame) => frame,
+        None => ok(Frame::from_matrix(name, &read_matrix(name, value)?)),
     }
-    ok(Frame::from_matrix(name, &read_matrix(name, value)?))
+}
+
+/// The same of what numpy makes; `None` of anything else.
+#[inline(always)]
+fn read_plain_frame(name: &str, value: &Bound<'_, PyAny>) -> Option<PyResult<Frame>> {
+    let array = value.cast::<PyArray2<f64>>().ok()?;
+    if array.shape() != [4, 4] || !array.is_c_contiguous() {
+        return None;
+    }
+    let readable = array.try_readonly().ok()?;
+    Some(ok(Frame::from_matrix(name, readable.as_slice().ok()?)))
+}
+
+/// One frame or many.
+pub enum Poses {
+    /// Shape (4, 4).
+    One(Frame),
+    /// Shape (N, 4, 4).
+    Many(Vec<Frame>),
+}
+
+/// A frame (4, 4) or frames (N, 4, 4).
+pub fn read_poses(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Poses> {
+    if let Some(frame) = read_plain_frame(name, value) {
+        return frame.map(Poses::One);
+    }
+    let (numbers, shape) = read_any(name, value)?;
+    match *shape {
+        [4, 4] => Ok(Poses::One(ok(Frame::from_matrix(name, &numbers))?)),
+        [_, 4, 4] => {
+            let each = numbers.chunks_exact(16).enumerate();
+            // A name is made for the one that is refused alone.
+            let frames: Option<Vec<Frame>> = each.clone().map(|(_, matrix)| Frame::from_matrix(name, matrix).ok()).collect();
+            let Some(frames) = frames else {
+                return ok(each
+                    .map(|(i, matrix)| Frame::from_matrix(&format!("{name}[{i}]"), matrix))
+                    .collect::<Result<_, _>>()
+                    .map(Poses::Many));
+            };
+            Ok(Poses::Many(frames))
+        }
+        _ => Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(4, 4) or (N, 4, 4)".into() }.into()),
+    }
 }
 
 /// Frames (N, 4, 4).

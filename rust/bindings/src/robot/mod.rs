@@ -1,5 +1,6 @@
 //! `redundancy.Robot`, and frames and limits in and out.
 
+mod coupled;
 pub mod frames;
 mod inverse;
 mod model;

@@ -4,20 +4,23 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
+use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
 
-use pyo3::types::PyDict;
-
-use super::inverse::{self, Wanted, read_fixed};
+use super::inverse::{Asked, read_fixed, whole};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
+use crate::results::SINGULARITY;
+use crate::robot::coupled::{list, with_coupled};
 use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
+use crate::task::PyTask;
 use redundancy::error::Result;
-use redundancy::inverse::{ArmAngle, Inverse, Structure};
+use redundancy::inverse::{ArmAngle, Structure, TaskInverse, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::robot::{RandomPostures, Robot, parse_joints};
+use redundancy::robot::{AT_LIMIT, RandomPostures, Robot, parse_joints};
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -36,7 +39,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 pub struct PyRobot {
     pub robot: Arc<Robot>,
     /// Made when first asked for.
-    inverse: OnceLock<Result<Inverse>>,
+    inverse: OnceLock<Result<TaskInverse>>,
 }
 
 impl PartialEq for PyRobot {
@@ -70,13 +73,16 @@ impl PyRobot {
     ///     Limits [rad or m, per s, per s^2]; infinite where not given.
     /// name : str
     ///     Name.
+    /// coupled : sequence of (dict, float, float), optional
+    ///     Limits on combinations of joints, at most 8: ``({1: 1.0, 2: 1.0}, low, high)`` is low <= q[1] + q[2] <= high, joints counted from 0; one
+    ///     of the two may be infinite.
     ///
     /// Raises
     /// ------
     /// ShapeError, NonFiniteError, InvalidValueError
     ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -91,10 +97,11 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        coupled: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        with_coupled(finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
     }
 
     /// A robot from the chain between two links of a URDF file.
@@ -130,10 +137,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, coupled
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -145,10 +152,12 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        coupled: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        let robot = ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?;
+        with_coupled(finish(robot, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
     }
 
     /// Number of joints.
@@ -303,10 +312,72 @@ impl PyRobot {
     }
 
     /// The same robot with other limits; those not given stay.
-    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None))]
-    fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
+    ///
+    /// Parameters
+    /// ----------
+    /// q_min, q_max, qd_max, qdd_max : array_like, shape (n,), optional
+    ///     Limits of position, speed and acceleration [rad or m, per s, per s^2].
+    /// coupled : sequence of (dict, float, float), optional
+    ///     Limits on combinations of joints, in the place of all that there are (see `from_dh`); an empty one takes them away.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, a coefficient is not finite, limits are inverted, or a combination has no joint.
+    #[pyo3(signature = (q_min=None, q_max=None, qd_max=None, qdd_max=None, coupled=None))]
+    fn with_limits(
+        &self,
+        q_min: Maybe<'_, '_>,
+        q_max: Maybe<'_, '_>,
+        qd_max: Maybe<'_, '_>,
+        qdd_max: Maybe<'_, '_>,
+        coupled: Maybe<'_, '_>,
+    ) -> PyResult<Self> {
         let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
-        Ok(ok(self.robot.with_limits(limits))?.into())
+        with_coupled(ok(self.robot.with_limits(limits))?.into(), coupled)
+    }
+
+    /// Limits on combinations of joints: ``[({joint: coefficient}, low, high), ...]``, joints counted from 0 [rad or m].
+    #[getter]
+    fn coupled_limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        list(py, &self.robot)
+    }
+
+    /// Whether a posture is within the position limits of all joints and combinations of them, or on one.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// bool or ndarray of bool, shape (N,)
+    ///     True up to 1e-9 beyond a limit: so far a posture is on it. The same everywhere in the package.
+    fn within_limits<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(self.limit_margin(py, q)?.rich_compare(-AT_LIMIT, CompareOp::Ge)?)
+    }
+
+    /// Smallest distance of a posture to a position limit.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,) or (N, n)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// float or ndarray, shape (N,)
+    ///     Negative beyond a limit, inf without any [rad, or m of a prismatic joint]. The distance to a limit on a combination of joints is that of its value
+    ///     over the length of its row of coefficients: how far the joints are from it.
+    fn limit_margin<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let robot = &*self.robot;
+        let margin = |q: &[f64], out: &mut [f64]| {
+            out[0] = robot.limits().margin(q);
+            Ok(())
+        };
+        // A scalar array becomes a number.
+        Ok(map_rows::<0, 1>(py, robot.n(), q, None, [], margin)?.get_item(())?)
     }
 
     /// The same robot under another name.
@@ -375,16 +446,27 @@ impl PyRobot {
         Ok(array)
     }
 
-    /// Every posture that takes the tool to a frame.
+    /// Every posture in which the tool does its task at a frame, or at each of many.
     ///
     /// Parameters
     /// ----------
-    /// pose : array_like, shape (4, 4)
-    ///     The tool frame in the base frame [m].
+    /// pose : array_like, shape (4, 4) or (N, 4, 4)
+    ///     The tool frame in the base frame [m], or many of them: these are solved on every core, with the GIL released.
+    /// task : Task, optional
+    ///     What of the frame matters; all of it if not given, also for robots of fewer than six joints, which then have postures only where they
+    ///     can reach the whole frame. ``Task.axisymmetric()`` is for five joints and the tool's axis, ``Task.position()`` for three joints.
+    /// near : array_like, shape (n,), optional
+    ///     A posture [rad or m], such as where the robot stands: the answer is in order of the Euclidean norm of the difference from it, joints by the
+    ///     whole turn nearest to it (with ``limits`` the nearest that they allow). A joint that may be chosen in a singular posture is where this
+    ///     posture has it, or as near as it can be. With many poses one for all, or (N, n), one for each.
     /// fixed : dict of int to float, optional
-    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more than six joints. Six revolute ones have to be left.
+    ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more joints than the task takes.
     /// arm_angle : float, optional
     ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
+    /// samples : int, optional
+    ///     For a robot with one joint more than the task takes: one is held at so many values over its limits (a turn without), and the postures of
+    ///     all of them are returned; with ``near`` also those with its value. The joint is the one whose holding leaves a closed form, of several the one
+    ///     with the largest share in the self-motion. Never complete.
     /// limits : bool
     ///     Whether only postures within the position limits are returned.
     /// turns : bool
@@ -395,45 +477,122 @@ impl PyRobot {
     /// Returns
     /// -------
     /// q : ndarray, shape (k, n)
-    ///     Postures [rad or m], k from 0 to 16 (more with ``turns``); each joint within half a turn of the middle of its range (of 0 without limits). Each takes the tool
-    ///     to the pose to 1e-10 (rad, and m over the size of the robot) and none comes twice.
+    ///     Postures [rad or m], k from 0 to 16 (more with ``turns`` and ``samples``); without ``near`` each joint within half a turn of the middle of its
+    ///     range (of 0 without limits), in the order of their branches where `branch` has names for them, else of joint 1, then joint 2 and so on. Each
+    ///     does the task to 1e-10 (rad, and m over the size of the robot; to 1e-8 where the task asks for more than the robot
+    ///     has joints) and none comes twice.
+    /// frame : ndarray of int, shape (K,)
+    ///     With many poses: the number of the pose of each posture, counted from 0.
     /// singular : ndarray of bool, shape (k,)
-    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (it is 0 then).
+    ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then; with
+    ///     ``limits`` as near to it as these let).
     /// complete : bool
-    ///     With ``report``: false where there may be others (a continuum, or a geometry that defeats the elimination).
+    ///     With ``report``: false where there may be others (a continuum, a geometry that defeats the elimination, or one that is searched). With many poses
+    ///     (N,), one each.
     ///
     /// Raises
     /// ------
+    /// ShapeError, NonFiniteError
+    ///     If an array has the wrong shape or holds NaN or infinities; the message has the number of the pose, ``pose[3]``.
     /// InvalidValueError
-    ///     If six revolute joints are not what is left, or the arm has no arm angle.
+    ///     If a pose is no rigid transform, if joints are to spare (the message tells which can be held), or the arm has no arm angle.
     ///
     /// Notes
     /// -----
-    /// Closed forms for three neighbouring axes through a point (Pieper 1968, any arm before or behind it) and for three parallel ones; other
-    /// geometries by elimination to a polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows.
-    #[pyo3(signature = (pose, *, fixed=None, arm_angle=None, limits=false, turns=false, report=false))]
+    /// Closed forms for three neighbouring axes through a point (Pieper 1968; the other three joints revolute or prismatic in any order, before or
+    /// behind it), for three parallel ones and for three prismatic joints anywhere; other geometries of six revolute joints by elimination to a
+    /// polynomial of degree 16 (Raghavan and Roth 1993). Polished by Newton where rounding shows. A motion that the task leaves free counts as a
+    /// joint at the tool, and where there are fewer than six, joints that stay at 0 make six. What has no such form (one or two prismatic joints
+    /// without a wrist; a task whose free motion is no joint's) is searched by Newton from many starts, and told to be incomplete.
+    #[pyo3(signature = (pose, *, task=None, near=None, fixed=None, arm_angle=None, samples=None, limits=false, turns=false, report=false))]
     fn inverse<'py>(
         &self,
         py: Python<'py>,
         pose: &Bound<'py, PyAny>,
+        task: Option<&PyTask>,
+        near: Maybe<'_, 'py>,
         fixed: Option<&Bound<'py, PyDict>>,
         arm_angle: Option<f64>,
+        samples: Option<usize>,
         limits: bool,
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let found = inverse::solve(&self.robot, &self.inverse, pose, &Wanted { fixed, arm_angle, limits, turns })?;
-        if report { Ok(inverse::report(py, found)?.into_pyobject(py)?.into_any()) } else { Ok(inverse::array(py, &found)?.into_any()) }
+        let task = task.map(|task| task.task);
+        Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
     }
 
-    /// What the inverse kinematics is built on: "wrist" (three neighbouring axes meet in a point), "parallel" (three neighbouring axes are
-    /// parallel) or "general"; "none" without six revolute joints.
+    /// The name of a posture's branch: shoulder, elbow and wrist, as in ``"front, up, no flip"``.
+    ///
+    /// Shoulder: "front" where the centre of the wrist (with three parallel axes: where axes 5 and 6 meet) is on the side of axis 1 on which axis 2 is,
+    /// "back" on the other; where axes 1 and 2 meet, "right" on the side of z1 x z2, else "left" (a right arm lifts its wrist when joint 2 turns forward).
+    /// Elbow: "up" above the line from shoulder to wrist, seen with the wrist ahead, else "down". Wrist: "no flip" where joint 5 is turned from in line
+    /// in its positive sense, ``(z5 x z4) . z6 > 0``, else "flip". Axis 1 counts as pointing up, from the base to axis 2. Each word is the sign of a
+    /// factor of det J, so that it changes at a singularity alone (where either may be told) and the postures of one pose have different names.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     "none" for robots other than six revolute joints with axes 2 and 3 parallel and axes 4, 5 and 6 through a point, or with axes 2, 3 and 4
+    ///     parallel and axes 5 and 6 meeting.
+    ///
+    /// Notes
+    /// -----
+    /// The words are those of Lee and Ziegler (1984), for arms with a shoulder offset those of their makers.
+    fn branch(&self, q: &Bound<'_, PyAny>) -> PyResult<String> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        Ok(ok(branch(&self.robot, &posture[..self.robot.n()]))?.map_or("none".into(), |branch| branch.to_string()))
+    }
+
+    /// How near a posture is to a singularity, and which one.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n,)
+    ///     Joint coordinates [rad or m].
+    /// tolerance : float
+    ///     Smallest singular value below which the posture counts as singular.
+    ///
+    /// Returns
+    /// -------
+    /// kind : str
+    ///     "regular"; for robots whose branches have names "shoulder", "elbow", "wrist" or several of them, as in ``"shoulder, wrist"``: which factors of
+    ///     det J vanish; for others "singular".
+    /// value : float
+    ///     Smallest of the min(6, n) singular values of the Jacobian without units: linear rows over the size of the robot (its links in line), sliding
+    ///     joints in multiples of that.
+    /// twist : ndarray, shape (6,), or None
+    ///     The unit motion [omega; v over the size], in the base frame, that the tool makes least of: none at a singularity. None for fewer than
+    ///     six joints.
+    /// joints : ndarray, shape (n,), or None
+    ///     The unit motion of the joints that moves the tool least. None for more than six joints.
+    #[pyo3(signature = (q, tolerance=1e-6))]
+    fn singularity<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, tolerance: f64) -> PyResult<Bound<'py, PyAny>> {
+        let mut posture = [0.0; MAX_JOINTS];
+        read_vector("q", q, self.robot.n(), &mut posture)?;
+        let found = ok(singularity(&self.robot, &posture[..self.robot.n()], tolerance))?;
+        let (twist, joints) = (found.twist.map(|twist| vector(py, &twist)), found.joints.map(|joints| vector(py, &joints)));
+        Ok(SINGULARITY.make(py, (found.kind, found.value, twist, joints))?)
+    }
+
+    /// What the inverse kinematics of whole frames is built on: "wrist" (three neighbouring revolute axes meet in a point), "parallel" (three
+    /// neighbouring axes are parallel) or "general" for six revolute joints; "wrist" or "sliding" (three joints slide, three turn) for six joints
+    /// some of which are prismatic; of a robot of fewer joints, that of six joints of which it is a part; "search" where none of these is known;
+    /// "none" where joints are to spare.
     #[getter]
     fn structure(&self) -> &'static str {
-        match self.inverse.get_or_init(|| Inverse::new(self.robot.clone())).as_ref().map(Inverse::structure) {
-            Ok(Structure::Wrist { .. }) => "wrist",
-            Ok(Structure::Parallel { .. }) => "parallel",
-            Ok(Structure::General) => "general",
+        match whole(&self.robot, &self.inverse).map(TaskInverse::structure) {
+            Ok(Some(Structure::Wrist { .. })) => "wrist",
+            Ok(Some(Structure::Parallel { .. })) => "parallel",
+            Ok(Some(Structure::General)) => "general",
+            Ok(Some(Structure::Sliding)) => "sliding",
+            Ok(None) => "search",
             Err(_) => "none",
         }
     }

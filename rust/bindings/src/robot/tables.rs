@@ -5,6 +5,7 @@ use pyo3::types::{PyDict, PyType};
 
 use crate::array::{ok, read_list, vector};
 use crate::errors::PyResult;
+use crate::robot::coupled::list;
 use crate::robot::frames::{matrices, matrix};
 use redundancy::robot::{Convention, DhTable, Robot};
 
@@ -41,6 +42,7 @@ pub fn rebuilt_from<'py>(class: &Bound<'py, PyType>, robot: &Robot) -> PyResult<
         vector(py, &limits.qd_max),
         vector(py, &limits.qdd_max),
         robot.name(),
+        list(py, robot)?,
     )
         .into_pyobject(py)?;
     match robot.dh() {

@@ -5,16 +5,19 @@
 //! shoulder or between, and so are three parallel axes.
 
 mod arm_angle;
-mod circle;
-mod nearby;
+mod branches;
+mod calibrated;
+pub(super) mod circle;
 mod parallel;
-mod regional;
+pub(super) mod regional;
 mod solutions;
 mod solver;
-mod structure;
-mod wrist;
+pub(super) mod structure;
+pub(super) mod wrist;
 
 pub use arm_angle::ArmAngle;
+pub(super) use branches::Factors;
+pub use branches::{Branch, branch};
 pub use solutions::{MAX_SOLUTIONS, Solutions};
 pub use solver::Inverse;
 pub use structure::Structure;

@@ -22,7 +22,7 @@ pub struct Solutions<const N: usize = 6> {
     /// Whether there are no others.
     pub complete: bool,
     /// How much the arm may change, relative to its size, before solutions come, go or meet, roughly; of closed forms.
-    pub(super) gap: f64,
+    pub(in crate::inverse) gap: f64,
 }
 
 impl<const N: usize> Solutions<N> {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use super::calibrated::{Carried, as_meant, carried_over};
 use super::circle::turn_between_values;
-use super::nearby::{Carried, as_meant, carried_over};
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
 use super::solutions::{MAX_SOLUTIONS, Solutions};
@@ -93,7 +93,7 @@ impl Inverse {
                 l2.axes[2][0].hypot(l2.axes[2][1]) < 1e-9
             }
             Structure::Parallel { .. } => true,
-            Structure::General => false,
+            Structure::General | Structure::Sliding => false,
         }
     }
 
@@ -264,7 +264,7 @@ fn closed_form(structure: Structure, links: &Loop, found: &mut Solutions) {
             parallel(&entered(links, first), found);
             first
         }
-        Structure::General => {
+        Structure::General | Structure::Sliding => {
             general_loop(links, None, found);
             0
         }

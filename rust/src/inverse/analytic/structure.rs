@@ -7,7 +7,7 @@ use crate::linalg::vector::{add, dot, norm, scale, sub};
 pub type Loop = [Frame; 6];
 
 /// Axes this near to meeting (over the size of the robot) or to parallel [rad] count as such; the answers are polished on the true geometry.
-const COINCIDENT: f64 = 1e-9;
+pub const COINCIDENT: f64 = 1e-9;
 /// Axes this near to parallel [rad] do not make a wrist.
 const SLANTED: f64 = 1e-3;
 
@@ -32,6 +32,8 @@ pub enum Structure {
     },
     /// Neither.
     General,
+    /// Three joints slide: the others turn the tool, then these bring it where it has to be.
+    Sliding,
 }
 
 /// The loop entered `first` joints later.

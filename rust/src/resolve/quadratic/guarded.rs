@@ -7,6 +7,7 @@ use crate::collision::{Distances, Proximity};
 use crate::error::Result;
 use crate::linalg::MAX_JOINTS;
 use crate::qp::Row;
+use crate::robot::MAX_COMBINATIONS;
 
 /// Pairs that are looked at in a tick, the nearest ones.
 pub const MAX_NEAR: usize = 24;
@@ -113,4 +114,7 @@ fn tighten(damper: Damper, pairs: &[Proximity], there: &[Proximity], dt: f64, ro
     tightened
 }
 
-const _: () = assert!(MAX_OWN_ROWS + MAX_NEAR + 6 <= MAX_ROWS, "rows of a tick, of near pairs and of the deviation");
+const _: () = assert!(
+    MAX_OWN_ROWS + MAX_NEAR + MAX_COMBINATIONS + 6 <= MAX_ROWS,
+    "rows of a tick, of near pairs, of combinations and of the deviation"
+);

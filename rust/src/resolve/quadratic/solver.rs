@@ -1,5 +1,6 @@
 //! The programme of a tick, and how it ended.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::general::{General, combined, twists_of};
@@ -13,12 +14,13 @@ use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
-use crate::resolve::bounds::rate_interval;
-use crate::robot::Robot;
+use crate::resolve::bounds::{coupled_rows, rate_interval};
+use crate::resolve::coupled::keep_combinations;
+use crate::robot::{AT_LIMIT, MAX_COMBINATIONS, Robot};
 use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
-pub(super) const MAX_ROWS: usize = 64;
+pub(super) const MAX_ROWS: usize = 72;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
@@ -128,6 +130,7 @@ impl QuadraticSolver {
                 (out.lower[i], out.upper[i]) = (low, high);
                 out.returning |= back;
             }
+            out.returning |= limits.coupled.iter().any(|it| it.margin(q) < -AT_LIMIT);
             out.jerks = memory.rates.is_some() && self.general.as_ref().is_some_and(|general| general.limits_jerk());
         }
         out.brakes = self.settings.limits && memory.rates.is_some() && self.robot.limits().qdd_max.iter().any(|a| a.is_finite());
@@ -160,11 +163,23 @@ impl QuadraticSolver {
             _ if angular.is_finite() || linear.is_finite() => directions.dimension(),
             _ => 0,
         };
-        match tick.rows.len() + bounded {
+        match tick.rows.len() + bounded + self.combinations() {
             0 => self.answer(&programme, &mut [], memory, rates),
             1..=FEW_ROWS => self.answer(&programme, &mut [DenseRow::OPEN; FEW_ROWS], memory, rates),
             _ => self.answer_many(&programme, memory, rates),
         }
+    }
+
+    /// How many combinations of joints have limits that hold.
+    #[inline(always)]
+    fn combinations(&self) -> usize {
+        if self.settings.limits { self.robot.limits().coupled.len() } else { 0 }
+    }
+
+    /// Their rows: the last of those that have to hold.
+    #[inline(always)]
+    fn combinations_in(&self, hard: usize) -> Range<usize> {
+        hard - self.combinations()..hard
     }
 
     #[inline(always)]
@@ -201,7 +216,7 @@ impl QuadraticSolver {
         rates: &mut [f64],
     ) -> Outcome {
         let n = programme.n;
-        let (hard, all) = self.gather(programme, buffer);
+        let (own, hard, all) = self.gather(programme, buffer);
         let narrowed = programme.bounds.jerks.then(|| self.within_jerk(programme, &buffer[..all], memory));
         let bounds = narrowed.as_ref().unwrap_or(programme.bounds);
         let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
@@ -209,6 +224,10 @@ impl QuadraticSolver {
         for i in 0..n {
             // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
             rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
+        }
+        if answer.infeasible && self.combinations() > 0 {
+            // Rows that exclude each other, or accelerations, give way to limits of position.
+            keep_combinations(&self.robot, &self.task, self.settings.length, programme.tick.q, programme.dt, &mut rates[..n]);
         }
         if self.general.is_some() {
             memory.earlier = memory.rates;
@@ -227,7 +246,7 @@ impl QuadraticSolver {
                 (false, false) => QuadraticStatus::Relaxed,
             },
             deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
-            failed: failed(&buffer[..hard], rates),
+            failed: failed(&buffer[..own], rates),
             beyond_deviation: answer.beyond_deviation,
             // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
             conditioned: programme.conditioned && (printed || answer.without_index.is_none()),
@@ -249,15 +268,21 @@ impl QuadraticSolver {
         out
     }
 
-    /// Writes the rows of the tick, then those of the largest deviation; how many are of the tick, and how many there are.
-    fn gather<const C: usize>(&self, programme: &Programme<'_, C>, buffer: &mut [DenseRow<C>]) -> (usize, usize) {
+    /// Writes the rows of the tick, then those of combinations of joints, then those of the largest deviation; how many are of the tick, how many have to
+    /// hold, and how many there are.
+    fn gather<const C: usize>(&self, programme: &Programme<'_, C>, buffer: &mut [DenseRow<C>]) -> (usize, usize, usize) {
         let n = programme.n;
-        let hard = programme.tick.rows.len().min(MAX_ROWS - 6);
-        for (dense, row) in buffer.iter_mut().zip(&programme.tick.rows[..hard]) {
+        let own = programme.tick.rows.len().min(MAX_ROWS - 6 - MAX_COMBINATIONS);
+        for (dense, row) in buffer.iter_mut().zip(&programme.tick.rows[..own]) {
             for (entry, given) in dense.a[..n].iter_mut().zip(row.a) {
                 *entry = *given;
             }
             (dense.lower, dense.upper) = (row.lower, row.upper);
+        }
+        let mut hard = own;
+        if self.combinations() > 0 {
+            let RateBounds { lower, upper, .. } = programme.bounds;
+            hard += coupled_rows(self.robot.limits(), programme.tick.q, programme.dt, lower, upper, &mut buffer[own..]).0;
         }
         let mut all = hard;
         if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
@@ -266,7 +291,7 @@ impl QuadraticSolver {
                 buffer[all] = DenseRow { a: rows[k], lower: wanted[k] - upper[k], upper: wanted[k] - lower[k] };
                 all += 1;
             }
-            return (hard, all);
+            return (own, hard, all);
         }
         for r in 0..programme.directions.dimension() {
             let (angular, linear) = self.settings.largest_deviation;
@@ -277,7 +302,7 @@ impl QuadraticSolver {
                 all += 1;
             }
         }
-        (hard, all)
+        (own, hard, all)
     }
 
     /// The rates. The index gives way first, where the programme is not convex with it, then the rows from `hard` on, then all of them.
@@ -295,7 +320,14 @@ impl QuadraticSolver {
         }
         let found = self.nearest(programme, at, found, &mut memory.closing);
         memory.keep(&found.active);
-        Answer { x: found.x, held: held(&found), infeasible: false, beyond_deviation: false, without_index: None, changes: found.changes }
+        Answer {
+            x: found.x,
+            held: held(&found, self.combinations_in(hard)),
+            infeasible: false,
+            beyond_deviation: false,
+            without_index: None,
+            changes: found.changes,
+        }
     }
 
     #[cold]
@@ -333,7 +365,14 @@ impl QuadraticSolver {
         } else {
             memory.keep(&found.active);
         }
-        Answer { x: found.x, held: held(&found), infeasible, beyond_deviation, without_index, changes: found.changes }
+        Answer {
+            x: found.x,
+            held: held(&found, self.combinations_in(hard)),
+            infeasible,
+            beyond_deviation,
+            without_index,
+            changes: found.changes,
+        }
     }
 
     /// What is left of the twist, component by component (angular ones in rad/s), and whether that is little.
@@ -372,9 +411,13 @@ struct Answer<const C: usize> {
     changes: usize,
 }
 
-/// Whether a bound takes something from the rates: what merely touches one would go no further without it.
-fn held<const C: usize>(found: &Minimum<C>) -> bool {
-    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| matches!(item.place, Place::Bound(_)) && *force != 0.0)
+/// Whether a bound, or one of some rows, takes something from the rates: what merely touches one would go no further without it.
+fn held<const C: usize>(found: &Minimum<C>, rows: Range<usize>) -> bool {
+    let counts = |place: &Place| match place {
+        Place::Bound(_) => true,
+        Place::Row(k) => rows.contains(k),
+    };
+    found.active.as_slice().iter().zip(&found.multipliers).any(|(item, force)| counts(&item.place) && *force != 0.0)
 }
 
 /// Whether what is left of a component is rounding of the sum that it is left from.

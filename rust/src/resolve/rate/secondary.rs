@@ -113,7 +113,7 @@ impl Secondary {
                 let objective = objective.evaluate_at(robot, q, jacobian, Order::Hessian, false);
                 let constraint = Constraint::of(at.directions);
                 let known = Known { jacobian, objective: &objective, constraint: &constraint, turning: None, wanted: [0.0; 6] };
-                let open = Bounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], radius: RADIUS, gain: 1.0 };
+                let open = Bounds { low: [f64::NEG_INFINITY; C], high: [f64::INFINITY; C], rows: &[], radius: RADIUS, gain: 1.0 };
                 if !objective.gradient[..n].iter().all(|g| g.is_finite()) {
                     return ([0.0; C], false);
                 }

@@ -11,6 +11,7 @@ use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
+use crate::resolve::coupled::{Kept, keep_combinations};
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
@@ -322,6 +323,15 @@ impl RateSolver {
         Some(held)
     }
 
+    /// Takes from rates what would cross a limit on a combination of joints.
+    #[inline(always)]
+    fn keep_combinations(&self, q: &[f64], rates: &mut [f64]) -> Kept {
+        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
+            return Kept::default();
+        }
+        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates)
+    }
+
     /// What position and speed limits leave room for within a tick.
     #[inline(always)]
     fn bounds<const C: usize>(&self, q: &[f64]) -> RateBounds<'_, C> {
@@ -411,8 +421,9 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
         solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
     let rests = if motion.follows && !limited { None } else { solver.rest(q, twist, &solver.bounds(q), &mut rates[..n]) };
-    match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
-        _ if bounds.returning => StepStatus::Returning,
+    let kept = solver.keep_combinations(q, &mut rates[..n]);
+    match (rests.unwrap_or(limited) || kept.held, motion.damped || rests.is_some(), motion.complete) {
+        _ if bounds.returning || kept.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,
         (_, true, _) => StepStatus::Damped,
         (_, _, false) => StepStatus::TaskOnly,

@@ -1,6 +1,7 @@
 //! The orthogonal SQP as an object: its settings and its closed-loop rate step.
 
 mod constraint;
+mod pressed;
 pub(crate) mod reduce;
 mod solve;
 mod step;
@@ -8,15 +9,17 @@ mod step;
 use std::sync::Arc;
 
 use super::StepStatus;
-use super::bounds::speed_bounds;
+use super::bounds::{coupled_rows, speed_bounds};
+use super::coupled::{Kept, keep_combinations};
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
+use crate::qp::DenseRow;
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
-use crate::robot::Robot;
+use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
 use crate::task::{Constraint, Task};
 pub use constraint::ConstraintAt;
 pub use solve::Iteration;
@@ -149,6 +152,36 @@ impl OrthogonalSqp {
         }
     }
 
+    /// Writes a step as rates that cross no limit on a combination of joints, and says how it came about.
+    #[inline(always)]
+    fn write<const C: usize>(&self, step: &NewtonStep<C>, q: &[f64], returning: bool, rates: &mut [f64]) -> StepStatus {
+        let SqpSettings { length, dt, limits, .. } = self.settings;
+        for (rate, dq) in rates.iter_mut().zip(&step.dq) {
+            *rate = (dq / dt).clamp(f64::MIN, f64::MAX);
+        }
+        let mut kept = Kept::default();
+        if limits && !self.robot.limits().coupled.is_empty() {
+            kept = keep_combinations(&self.robot, &self.task, length, q, dt, rates);
+        }
+        match step.status {
+            _ if returning || kept.returning => StepStatus::Returning,
+            _ if kept.held => StepStatus::Limited,
+            status => status,
+        }
+    }
+
+    /// The rows of combinations in motions from `q`: the room to their limits.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn rows_around<'a, const C: usize>(&self, q: &[f64], rows: &'a mut [DenseRow<C>; MAX_COMBINATIONS]) -> &'a [DenseRow<C>] {
+        let coupled = &self.robot.limits().coupled;
+        for (row, it) in rows.iter_mut().zip(coupled) {
+            row.a[..q.len()].copy_from_slice(&it.row);
+            (row.lower, row.upper) = it.room(q);
+        }
+        &rows[..coupled.len()]
+    }
+
     /// The room to the position limits around `q`; a joint outside may only come back.
     #[inline(always)]
     pub(super) fn box_around<const C: usize>(&self, q: &[f64]) -> ([f64; C], [f64; C]) {
@@ -175,34 +208,46 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
     let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
+    let (mut room, mut rows) = (None, &[][..]);
     if limits {
         returning = speed_bounds(solver.robot.limits(), q, dt, &mut low, &mut high);
+        if !solver.robot.limits().coupled.is_empty() {
+            rows = coupled_steps(solver.robot.limits(), q, dt, (&low, &high), room.insert([DenseRow::OPEN; MAX_COMBINATIONS]));
+        }
         (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
     let fraction = (gain * dt).min(1.0);
-    let bounds = Bounds { low, high, radius: RADIUS * fraction, gain: fraction };
+    let bounds = Bounds { low, high, rows, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
     if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
-        return write(&step, returning, dt, rates);
+        return solver.write(&step, q, returning, rates);
     }
     let (low, high) = (wide(&low, f64::NEG_INFINITY), wide(&high, f64::INFINITY));
     if let Some((dq, held)) = solver.rest(q, &wanted, &low, &high, &wide(&step.dq, 0.0), &wide(&step.task_within(&bounds, n), 0.0)) {
         step.dq = std::array::from_fn(|i| dq.get(i).copied().unwrap_or(0.0));
         step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
     }
-    write(&step, returning, dt, rates)
+    solver.write(&step, q, returning, rates)
+}
+
+/// The rows of combinations in motions of a tick, by bounds of the rates of joints.
+#[cold]
+#[inline(never)]
+fn coupled_steps<'a, const C: usize>(
+    limits: &Limits,
+    q: &[f64],
+    dt: f64,
+    (low, high): (&[f64; C], &[f64; C]),
+    rows: &'a mut [DenseRow<C>; MAX_COMBINATIONS],
+) -> &'a [DenseRow<C>] {
+    let (count, _) = coupled_rows(limits, q, dt, low, high, rows);
+    for row in &mut rows[..count] {
+        (row.lower, row.upper) = (dt * row.lower, dt * row.upper);
+    }
+    &rows[..count]
 }
 
 /// Numbers of the joints in the room for the largest robots, with `rest` beyond them.
 fn wide<const C: usize>(numbers: &[f64; C], rest: f64) -> [f64; MAX_JOINTS] {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(rest))
-}
-
-/// Writes a step as rates, and says how it came about.
-#[inline(always)]
-fn write<const C: usize>(step: &NewtonStep<C>, returning: bool, dt: f64, rates: &mut [f64]) -> StepStatus {
-    for (rate, dq) in rates.iter_mut().zip(&step.dq) {
-        *rate = (dq / dt).clamp(f64::MIN, f64::MAX);
-    }
-    if returning { StepStatus::Returning } else { step.status }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::pressed::pressed;
 use super::reduce::Turning;
 use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
@@ -12,9 +13,10 @@ use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
+use crate::qp::DenseRow;
 use crate::resolve::direct_update::direct_update_indefinite;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
-use crate::robot::Robot;
+use crate::robot::{MAX_COMBINATIONS, Robot};
 use crate::task::{Target, Task};
 
 /// Trial lengths of one step.
@@ -167,9 +169,19 @@ impl OrthogonalSqp {
         let turning = task.turns_with_free_motion().then_some(Turning { robot, task, target, length, q, held: 0 });
         let known = Known { jacobian: &now.jacobian, objective: &now.objective, constraint: &constraint, turning, wanted: [0.0; 6] };
         let (low, high) = self.box_around::<C>(q);
-        let bounds = Bounds { low, high, radius: RADIUS, gain: 1.0 };
+        let (mut room, mut rows) = (None, &[][..]);
+        if self.settings.limits && !robot.limits().coupled.is_empty() {
+            rows = self.rows_around(q, room.insert([DenseRow::OPEN; MAX_COMBINATIONS]));
+        }
+        let bounds = Bounds { low, high, rows, radius: RADIUS, gain: 1.0 };
         let step = newton_step(&known, &bounds);
-        if step.held == 0 { step } else { holding(&known, &bounds, step) }
+        let hold = |known: &Known<'_, C>, bounds: &Bounds<'_, C>, step: NewtonStep<C>| {
+            if step.held == 0 { step } else { holding(known, bounds, step) }
+        };
+        if rows.is_empty() {
+            return hold(&known, &bounds, step);
+        }
+        pressed(&known, &bounds, step, |known, bounds| hold(known, bounds, newton_step(known, bounds)))
     }
 
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
@@ -230,7 +242,7 @@ fn settles(step: f64, before: f64) -> bool {
 /// The step with its joints at limits held: only then is the curvature that of the motion which is left, and convergence quadratic. The step as it is
 /// where nothing is left to move.
 #[inline(never)]
-fn holding<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>, step: NewtonStep<C>) -> NewtonStep<C> {
+fn holding<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<'_, C>, step: NewtonStep<C>) -> NewtonStep<C> {
     let (mut jacobian, mut objective, mut bounds) = (*known.jacobian, *known.objective, *bounds);
     let (mut rest, mut wanted) = ([0.0; C], [0.0; 6]);
     for i in (0..jacobian.n()).filter(|i| step.held >> i & 1 == 1) {

@@ -15,9 +15,10 @@ use crate::kinematics::sized::Jacobian;
 use crate::linalg::damped::damped_step;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::symmetric::diagonalise;
-use crate::linalg::{Row6, Rows6, size};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{self, ActiveSet, DenseRow, Place, Problem, Side, Status};
 use crate::resolve::StepStatus;
+use crate::robot::MAX_COMBINATIONS;
 use crate::task::Constraint;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
@@ -55,11 +56,13 @@ pub(in crate::resolve) struct Known<'a, const C: usize> {
 
 /// The box a step has to stay in.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::resolve) struct Bounds<const C: usize> {
+pub(in crate::resolve) struct Bounds<'a, const C: usize> {
     /// Lower bounds of dq.
     pub low: [f64; C],
     /// Upper bounds of dq.
     pub high: [f64; C],
+    /// Combinations of dq that have bounds.
+    pub rows: &'a [DenseRow<C>],
     /// Largest component of the free motion Z du.
     pub radius: f64,
     /// Fraction of the way to the objective's minimum to go.
@@ -87,7 +90,7 @@ pub(in crate::resolve) struct NewtonStep<const C: usize> {
 
 /// One step; never longer than the bounds, never NaN for finite input.
 #[inline(never)]
-pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<C>) -> NewtonStep<C> {
+pub(in crate::resolve) fn newton_step<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<'_, C>) -> NewtonStep<C> {
     let n = known.jacobian.n();
     let m = known.constraint.dimension();
     let rows = known.constraint.jacobian(known.jacobian);
@@ -178,7 +181,7 @@ fn sizes<const C: usize>(objective: &Evaluation<C>, n: usize) -> (f64, f64) {
 
 /// Minimises the convexified model within the bounds and adds the free motion to the step.
 #[inline(always)]
-fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
+fn free_motion<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<'_, C>, out: &mut NewtonStep<C>, n: usize, r: usize) {
     out.gradient = reduced.slopes[..r].iter().map(|x| x * x).sum::<f64>().sqrt();
     let radius = bounds.radius + KEEPS_UP * largest(&dv[..n]);
     let bounds = &Bounds { radius, ..*bounds };
@@ -212,9 +215,15 @@ fn wanted(slope: f64, drift: f64, curvature: f64, gain: f64, task: f64) -> f64 {
     if curvature > 0.0 { -drift / curvature - closed.copysign(slope) } else { -closed.copysign(slope) }
 }
 
+/// The product of two vectors.
+#[inline(always)]
+fn product(a: &[f64], b: &[f64], n: usize) -> f64 {
+    (0..n).map(|i| a[i] * b[i]).sum()
+}
+
 /// One freedom: the Newton step cut to an interval, and whether a limit cut it; `None` when the interval is empty.
 #[inline(always)]
-fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<C>, n: usize) -> Option<([f64; C], bool, u32)> {
+fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bounds<'_, C>, n: usize) -> Option<([f64; C], bool, u32)> {
     let z = &reduced.basis[0];
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
     for i in 0..n {
@@ -224,6 +233,14 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
         let (a, b) = ((bounds.low[i] - dv[i]) / z[i], (bounds.high[i] - dv[i]) / z[i]);
         low = low.max(a.min(b));
         high = high.min(a.max(b));
+    }
+    for row in bounds.rows {
+        let (along, there) = (product(&row.a, z, n), product(&row.a, dv, n));
+        if along.abs() >= UNMOVED {
+            let (a, b) = ((row.lower - there) / along, (row.upper - there) / along);
+            low = low.max(a.min(b));
+            high = high.min(a.max(b));
+        }
     }
     if low > high {
         return None;
@@ -243,7 +260,7 @@ fn one_freedom<const C: usize>(reduced: &Reduced<C>, dv: &[f64; C], bounds: &Bou
 fn many_freedoms<const C: usize, const W: usize>(
     reduced: &Reduced<C>,
     dv: &[f64; C],
-    bounds: &Bounds<C>,
+    bounds: &Bounds<'_, C>,
     n: usize,
     r: usize,
 ) -> Option<([f64; C], bool, u32)> {
@@ -264,7 +281,12 @@ fn many_freedoms<const C: usize, const W: usize>(
             }
         }
     }
-    let mut rows = [DenseRow::OPEN; W];
+    let (mut few, mut many) = ([DenseRow::OPEN; W], None);
+    let rows = if bounds.rows.is_empty() {
+        &mut few[..n]
+    } else {
+        &mut many.insert([DenseRow::OPEN; MAX_JOINTS + MAX_COMBINATIONS])[..n + bounds.rows.len()]
+    };
     for i in 0..n {
         for b in 0..r {
             rows[i].a[b] = reduced.basis[b][i];
@@ -274,8 +296,15 @@ fn many_freedoms<const C: usize, const W: usize>(
         rows[i].lower = low.max((-bounds.radius).min(high));
         rows[i].upper = high.min(bounds.radius.max(low));
     }
+    for (row, given) in rows[n..].iter_mut().zip(bounds.rows) {
+        for b in 0..r {
+            row.a[b] = product(&given.a, &reduced.basis[b], n);
+        }
+        let there = product(&given.a, dv, n);
+        (row.lower, row.upper) = (given.lower - there, given.upper - there);
+    }
     let (lower, upper) = ([f64::NEG_INFINITY; W], [f64::INFINITY; W]);
-    let problem = Problem { n: r, h: &h, g: &g, lower: &lower, upper: &upper, rows: &rows[..n] };
+    let problem = Problem { n: r, h: &h, g: &g, lower: &lower, upper: &upper, rows };
     let solution = qp::minimise(&problem, &ActiveSet::default());
     if solution.status != Status::Solved {
         return None;
@@ -285,13 +314,14 @@ fn many_freedoms<const C: usize, const W: usize>(
     let active = solution.active.as_slice();
     // A row that the radius bounds is none of the box.
     let limited = active.iter().any(|item| match (item.place, item.side) {
+        (Place::Row(i), _) if i >= n => true,
         (Place::Row(i), Side::Lower) => rows[i].lower == bounds.low[i] - dv[i],
         (Place::Row(i), Side::Upper) => rows[i].upper == bounds.high[i] - dv[i],
         (Place::Bound(_), _) => false,
     });
     let stands = |i: usize, side: Side| if side == Side::Lower { bounds.low[i] >= -NEARLY_AT } else { bounds.high[i] <= NEARLY_AT };
     let held = active.iter().fold(0, |held, item| match item.place {
-        Place::Row(i) if stands(i, item.side) => held | 1 << i,
+        Place::Row(i) if i < n && stands(i, item.side) => held | 1 << i,
         _ => held,
     });
     Some((u, limited, held))
@@ -300,7 +330,7 @@ fn many_freedoms<const C: usize, const W: usize>(
 impl<const C: usize> NewtonStep<C> {
     /// Cuts the step to its box; a cut that matters beside the task's own motion is reported.
     #[inline(never)]
-    pub fn clip(&mut self, bounds: &Bounds<C>, n: usize) {
+    pub fn clip(&mut self, bounds: &Bounds<'_, C>, n: usize) {
         let little = AT_BOUND * self.task[..n].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // One factor for all joints keeps the direction of the tool's motion; a joint that may not move at all is held alone.
         let mut factor = 1.0f64;
@@ -308,6 +338,14 @@ impl<const C: usize> NewtonStep<C> {
             let room = if self.dq[i] > 0.0 { bounds.high[i] } else { -bounds.low[i] };
             let needed = self.dq[i].abs();
             if needed > room + little && room > little {
+                factor = factor.min(room / needed);
+            }
+        }
+        for row in bounds.rows {
+            let needed = product(&row.a, &self.dq, n);
+            let room = if needed > 0.0 { row.upper } else { row.lower };
+            // Where there is none, the tick as a whole sees to it.
+            if room * needed > 0.0 && room.abs() < needed.abs() {
                 factor = factor.min(room / needed);
             }
         }
@@ -324,7 +362,7 @@ impl<const C: usize> NewtonStep<C> {
     }
 
     /// The part for the task alone, within its box.
-    pub fn task_within(&self, bounds: &Bounds<C>, n: usize) -> [f64; C] {
+    pub fn task_within(&self, bounds: &Bounds<'_, C>, n: usize) -> [f64; C] {
         let mut alone = Self { dq: self.task, ..*self };
         alone.clip(bounds, n);
         alone.dq

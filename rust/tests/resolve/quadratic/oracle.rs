@@ -28,7 +28,7 @@ pub struct Case {
 pub fn planar() -> Robot {
     let table =
         DhTable { convention: Convention::Standard, a: vec![0.5, 0.4, 0.3], d: vec![0.0; 3], alpha: vec![0.0; 3], theta: vec![0.0; 3] };
-    let limits = Limits { q_min: vec![-2.8; 3], q_max: vec![2.8; 3], qd_max: vec![2.0; 3], qdd_max: vec![f64::INFINITY; 3] };
+    let limits = Limits { q_min: vec![-2.8; 3], q_max: vec![2.8; 3], qd_max: vec![2.0; 3], ..Limits::none(3) };
     Robot::from_dh("planar", table, "RRR").unwrap().with_limits(limits).unwrap()
 }
 
