@@ -1,6 +1,6 @@
 //! Denavit-Hartenberg tables, standard (distal) and modified (proximal).
 
-use super::{Joint, Robot, parse_joints};
+use super::{Joint, Robot, check_lengths, parse_joints};
 use crate::error::{Error, Result, check_vector};
 use crate::linalg::frame::{Frame, exact_sin_cos};
 
@@ -66,6 +66,8 @@ impl Robot {
         for (label, column) in [("a", &table.a), ("d", &table.d), ("alpha", &table.alpha), ("theta", &table.theta)] {
             check_vector(label, column, n)?;
         }
+        check_lengths("a", &table.a)?;
+        check_lengths("d", &table.d)?;
         let joints: Vec<Joint> = parse_joints(joints)?;
         if joints.len() != n {
             return Err(Error::Shape {

@@ -34,13 +34,14 @@ impl Robot {
             qd_max: kept(&self.limits.qd_max),
             qdd_max: kept(&self.limits.qdd_max),
         };
-        let robot = Self::new(&self.name, &joints, &links, pending.compose(&self.flange))?;
+        let names: Vec<String> = (0..n).filter(|&i| held[i].is_none()).map(|i| self.joint_names[i].clone()).collect();
+        let robot = Self::new(&self.name, &joints, &links, pending.compose(&self.flange))?.with_joint_names(&names)?;
         robot.with_base(self.base).with_tool(self.tool).with_limits(limits)
     }
 }
 
 /// What a joint does at a coordinate.
-fn motion(joint: Joint, q: f64) -> Frame {
+pub(super) fn motion(joint: Joint, q: f64) -> Frame {
     match joint {
         Joint::Revolute => {
             let (s, c) = exact_sin_cos(q);

@@ -9,10 +9,24 @@ pub(crate) mod urdf;
 pub use dh::{Convention, DhTable};
 pub use limits::{Limits, nearest_turn};
 pub use random::RandomPostures;
+pub use urdf::{JointLimits, Mimic, MovingJoint, UrdfChain};
+
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, frame::Frame};
+
+/// Longer links are refused \[m\]: a number beyond this is a mistake, and far beyond it products overflow.
+pub const LARGEST_LENGTH: f64 = 1e6;
+
+/// Checks that no length is beyond [`LARGEST_LENGTH`].
+pub fn check_lengths(name: &str, lengths: &[f64]) -> Result<()> {
+    match lengths.iter().position(|x| x.abs() > LARGEST_LENGTH) {
+        Some(i) => Err(Error::value(&format!("{name}[{i}]"), format!("{:e}", lengths[i]), &format!("at most {LARGEST_LENGTH:e} m"))),
+        None => Ok(()),
+    }
+}
 
 /// How a joint moves along or about the z axis of its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +43,7 @@ pub enum Joint {
 pub struct Robot {
     name: String,
     joints: Vec<Joint>,
+    joint_names: Arc<[String]>,
     /// Fixed transform ahead of each joint, without the base.
     bare_links: Vec<Frame>,
     /// Fixed transform from the last moved frame to the flange.
@@ -59,9 +74,14 @@ impl Robot {
         if links.len() != n {
             return Err(Error::length("links", links.len(), n));
         }
+        for (i, link) in links.iter().enumerate() {
+            check_lengths(&format!("translation of links[{i}]"), &link.origin)?;
+        }
+        check_lengths("translation of flange", &flange.origin)?;
         Ok(Self {
             name: name.into(),
             joints: joints.to_vec(),
+            joint_names: (0..n).map(default_name).collect(),
             bare_links: links.to_vec(),
             flange,
             base: Frame::IDENTITY,
@@ -105,6 +125,19 @@ impl Robot {
         Self { name: name.into(), ..self.clone() }
     }
 
+    /// The same robot with other names of its joints: one each, no two the same, none empty.
+    pub fn with_joint_names(&self, names: &[String]) -> Result<Self> {
+        if names.len() != self.n() {
+            return Err(Error::length("joint_names", names.len(), self.n()));
+        }
+        for (i, name) in names.iter().enumerate() {
+            if name.trim().is_empty() || names[..i].contains(name) {
+                return Err(Error::value(&format!("joint_names[{i}]"), format!("{name:?}"), "a name of its own for every joint"));
+            }
+        }
+        Ok(Self { joint_names: names.into(), ..self.clone() })
+    }
+
     /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides.
     #[inline(always)]
     pub fn arm(&self) -> f64 {
@@ -126,6 +159,20 @@ impl Robot {
     #[inline(always)]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// Name of every joint: "joint 1", "joint 2" and so on unless it has another.
+    pub fn joint_names(&self) -> &[String] {
+        &self.joint_names
+    }
+
+    /// Joint `i` as people count it, with its name where it has one of its own: "joint 3", "joint 3 (elbow)".
+    pub fn joint_label(&self, i: usize) -> String {
+        let number = default_name(i);
+        match self.joint_names.get(i) {
+            Some(name) if *name != number => format!("{number} ({name})"),
+            _ => number,
+        }
     }
 
     /// One letter a joint, R or P.
@@ -193,6 +240,11 @@ impl Robot {
     pub fn dh(&self) -> Option<&DhTable> {
         self.dh.as_ref()
     }
+}
+
+/// What joint `i` is called that has no name.
+fn default_name(i: usize) -> String {
+    format!("joint {}", i + 1)
 }
 
 /// Parses "RRPRRR".

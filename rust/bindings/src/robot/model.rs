@@ -6,18 +6,19 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::prelude::*;
 
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
-use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links, read_place};
+use crate::robot::joint_limits::read_joint_limits;
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::robot::{RandomPostures, Robot, parse_joints};
+use redundancy::robot::{RandomPostures, Robot, UrdfChain, parse_joints};
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -70,13 +71,15 @@ impl PyRobot {
     ///     Limits [rad or m, per s, per s^2]; infinite where not given.
     /// name : str
     ///     Name.
+    /// joint_names : sequence of str, optional
+    ///     A name for each joint, no two the same; "joint 1", "joint 2" and so on if not given.
     ///
     /// Raises
     /// ------
     /// ShapeError, NonFiniteError, InvalidValueError
-    ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
+    ///     If shapes disagree, numbers are not finite, a length is beyond 1e6 m, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -91,33 +94,50 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        joint_names: Option<Vec<String>>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max], joint_names)
     }
 
     /// A robot from the chain between two links of a URDF file.
+    ///
+    /// Links, joints and, on the chain, origins, axes, limits and mimics are read; visuals, inertias, transmissions and whatever else a file
+    /// has can refuse nothing. A joint without a lower and an upper limit has no limit of position (one of the two alone has the other at
+    /// 0, as the format says); one without a limit of velocity, or with 0, as many exporters write, has none of speed. A joint
+    /// whose lower limit is its upper one is fixed there. An axis is taken at length one; none is x. Files of xacro have to be expanded first.
     ///
     /// Parameters
     /// ----------
     /// path : path-like
     ///     URDF file.
     /// base, tip : str, optional
-    ///     Names of the first and last link; the root and the only end link if not given.
+    ///     Names of the first and last link; the root, and the only link at an end of what the base carries, if not given.
     /// tool : array_like, shape (4, 4), optional
     ///     Tool frame in the frame of the tip.
+    /// limits : dict, optional
+    ///     By names of joints, (low, high) or a dictionary with some of "low", "high" and "velocity" [rad or m, per s], in place of what the file
+    ///     says; None leaves that. Joints beside the chain may be among them.
     ///
     /// Raises
     /// ------
     /// ModelError
-    ///     If the file cannot be read, is no URDF or the chain is not serial.
+    ///     If the file cannot be read, is no URDF, the tree has a fault or the chain is not serial or has more than 16 joints: with
+    ///     file, line and the name of the link or joint.
     /// InvalidValueError
-    ///     If a link does not exist (the message lists those that do).
+    ///     If a link or joint does not exist (the message lists those that do), or limits are given in another way.
     #[staticmethod]
-    #[pyo3(signature = (path, base=None, tip=None, tool=None))]
-    fn from_urdf(path: PathBuf, base: Option<&str>, tip: Option<&str>, tool: Maybe<'_, '_>) -> PyResult<Self> {
-        finish(ok(Robot::from_urdf_file(&path, base, tip))?, tool, None, [None; 4])
+    #[pyo3(signature = (path, base=None, tip=None, tool=None, limits=None))]
+    fn from_urdf(
+        path: PathBuf,
+        base: Option<&str>,
+        tip: Option<&str>,
+        tool: Maybe<'_, '_>,
+        limits: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let limits = read_joint_limits(limits)?;
+        finish(ok(Robot::from_urdf_file(&path, &UrdfChain { base, tip, limits: &limits }))?, tool, None, [None; 4], None)
     }
 
     /// A robot from the fixed transforms ahead of each joint, which moves about or along z, and the one after the last.
@@ -130,10 +150,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, joint_names
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -145,10 +165,12 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        joint_names: Option<Vec<String>>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        let robot = ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?;
+        finish(robot, tool, base, [q_min, q_max, qd_max, qdd_max], joint_names)
     }
 
     /// Number of joints.
@@ -167,6 +189,17 @@ impl PyRobot {
     #[getter]
     fn joints(&self) -> String {
         self.robot.joint_letters()
+    }
+
+    /// Name of every joint: "joint 1", "joint 2" and so on unless it has another.
+    #[getter]
+    fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        Ok(PyTuple::new(py, self.robot.joint_names())?)
+    }
+
+    /// Joint ``joint``, counted from 0, as people count and call it: "joint 3", "joint 3 (elbow)".
+    fn joint_label(&self, joint: usize) -> String {
+        self.robot.joint_label(joint)
     }
 
     /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
@@ -292,13 +325,13 @@ impl PyRobot {
 
     /// The same robot with another tool frame (4, 4) in its flange frame.
     fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let tool = read_frame("tool", tool)?;
+        let tool = read_place("tool", tool)?;
         Ok(self.robot.with_tool(tool).into())
     }
 
     /// The same robot with another base frame (4, 4) in the world.
     fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let base = read_frame("base", base)?;
+        let base = read_place("base", base)?;
         Ok(self.robot.with_base(base).into())
     }
 
@@ -312,6 +345,16 @@ impl PyRobot {
     /// The same robot under another name.
     fn with_name(&self, name: &str) -> Self {
         self.robot.with_name(name).into()
+    }
+
+    /// The same robot with other names of its joints.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, InvalidValueError
+    ///     If there is not one for each joint, or one is empty or there twice.
+    fn with_joint_names(&self, names: Vec<String>) -> PyResult<Self> {
+        Ok(ok(self.robot.with_joint_names(&names))?.into())
     }
 
     /// The same robot with some joints held: ``{joint: coordinate}``, joints counted from 0, coordinates in rad or m. The others are its joints.

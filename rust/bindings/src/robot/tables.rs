@@ -41,6 +41,7 @@ pub fn rebuilt_from<'py>(class: &Bound<'py, PyType>, robot: &Robot) -> PyResult<
         vector(py, &limits.qd_max),
         vector(py, &limits.qdd_max),
         robot.name(),
+        robot.joint_names(),
     )
         .into_pyobject(py)?;
     match robot.dh() {

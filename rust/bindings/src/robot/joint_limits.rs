@@ -1,0 +1,37 @@
+//! Limits of single joints by their names, as `Robot.from_urdf` takes them.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::PyResult;
+use redundancy::error::Error;
+use redundancy::robot::JointLimits;
+
+/// What every joint may be given.
+const EXPECTED: &str = "(low, high), or a dictionary with some of \"low\", \"high\" and \"velocity\", numbers or None";
+
+/// A dictionary from names to (low, high), or to dictionaries.
+pub fn read_joint_limits(limits: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<JointLimits>> {
+    let mut read = Vec::new();
+    for (key, value) in limits.into_iter().flatten() {
+        let joint: String = key.extract().map_err(|_| Error::value("limits", format!("for {key}"), "names of joints"))?;
+        let wrong = || Error::value(&format!("limits[{joint:?}]"), &value, EXPECTED);
+        let mut one = JointLimits { joint: joint.clone(), ..JointLimits::default() };
+        if let Ok(named) = value.cast::<PyDict>() {
+            for (name, number) in named {
+                let number: Option<f64> = number.extract().map_err(|_| wrong())?;
+                match name.extract::<String>().unwrap_or_default().as_str() {
+                    "low" => one.low = number,
+                    "high" => one.high = number,
+                    "velocity" => one.velocity = number,
+                    _ => return Err(wrong().into()),
+                }
+            }
+        } else {
+            let pair: [Option<f64>; 2] = value.extract().map_err(|_| wrong())?;
+            [one.low, one.high] = pair;
+        }
+        read.push(one);
+    }
+    Ok(read)
+}
