@@ -38,7 +38,7 @@ pub(crate) fn chain(document: &Document, asked: &UrdfChain) -> Result<Chain> {
         }
         places.push((document.joints[*number].child, joints.len(), pending));
     }
-    check_count(document, &places, &joints)?;
+    check_count(document, &path, &places, &joints)?;
     let chain = Chain { joints, links, flange: pending, places };
     with_drivers(document, chain, asked.limits)
 }
@@ -57,18 +57,19 @@ fn check_names(document: &Document, given: &[JointLimits]) -> Result<()> {
     Ok(())
 }
 
-fn check_count(document: &Document, places: &[(usize, usize, Frame)], joints: &[MovingJoint]) -> Result<()> {
+fn check_count(document: &Document, path: &[usize], places: &[(usize, usize, Frame)], joints: &[MovingJoint]) -> Result<()> {
     if (1..=MAX_JOINTS).contains(&joints.len()) {
         return Ok(());
     }
-    let [first, last] = [places.first(), places.last()].map(|place| place.map_or(0, |(link, ..)| *link));
-    let [first, last] = [first, last].map(|link| &document.links[link]);
-    let what = if joints.is_empty() {
-        "no joint that moves (one whose limits are equal is fixed; limits= gives it others)".into()
-    } else {
-        format!("{} joints that move ({})", joints.len(), listed(joints.iter().map(|joint| joint.name.as_str())))
+    let [first, last] = [places.first(), places.last()].map(|place| &document.links[place.map_or(0, |(link, ..)| *link)]);
+    let held = path.iter().map(|number| &document.joints[*number]).filter(|joint| joint.element.attribute("type") != Some("fixed"));
+    let held = listed(held.map(|joint| joint.name.as_str()));
+    let what = match joints.len() {
+        0 if held.is_empty() => "no joint that moves".into(),
+        0 => format!("no joint that moves: equal limits, or a mimic of a factor 0, hold {held} (limits= gives others)"),
+        n => format!("{n} joints that move ({})", listed(joints.iter().map(|joint| joint.name.as_str()))),
     };
-    let why = format!("the chain from {:?} to {:?} has {what}, expected 1 to {MAX_JOINTS}", first.name, last.name);
+    let why = format!("the chain from {:?} to {:?} has {what}; expected 1 to {MAX_JOINTS} joints that move", first.name, last.name);
     Err(fault(&document.source, last.element.line, why))
 }
 
