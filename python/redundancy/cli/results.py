@@ -57,8 +57,8 @@ def _margin(trajectory: Trajectory) -> str:
     joint = int(np.argmin(margins.min(axis=0)))
     margin = margins[:, joint].min()
     if trajectory.robot.joints[joint] == "P":
-        return f"{1000.0 * margin:.2f} mm, joint {joint + 1}"
-    return f"{np.rad2deg(margin):.2f} deg, joint {joint + 1}"
+        return f"{1000.0 * margin:.2f} mm, {trajectory.robot.joint_label(joint)}"
+    return f"{np.rad2deg(margin):.2f} deg, {trajectory.robot.joint_label(joint)}"
 
 
 def _speed(trajectory: Trajectory) -> str:
@@ -69,7 +69,7 @@ def _speed(trajectory: Trajectory) -> str:
     joint = int(np.argmax(speed / trajectory.robot.qd_max if limited else speed))
     unit = "m/s" if trajectory.robot.joints[joint] == "P" else "rad/s"
     share = f"{100.0 * speed[joint] / trajectory.robot.qd_max[joint]:.1f} % of its limit\n" if limited else ""
-    return f"{share}{speed[joint]:.3f} {unit}, joint {joint + 1}"
+    return f"{share}{speed[joint]:.3f} {unit}, {trajectory.robot.joint_label(joint)}"
 
 
 ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {

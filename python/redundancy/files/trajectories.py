@@ -253,6 +253,7 @@ def to_json(trajectory: Written) -> str:
     content: dict[str, Any] = {
         "robot": trajectory.robot.name,
         "joints": trajectory.robot.joints,
+        "joint_names": trajectory.robot.joint_names,
         "points": len(trajectory),
         "length_m": trajectory.length,
         "max_condition_number": _finite(trajectory.max_condition_number),

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._util import F64
 from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
-from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl
+from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl, plain
 from .subject import Course
 
 
@@ -169,7 +169,7 @@ def _draw_joint(axes: Axes, trajectory: Course, joint: int) -> None:
         if np.isfinite(limit):
             axes.axhspan(limit, edge, color=ORANGE, alpha=0.25, linewidth=0.0)
             axes.axhline(limit, color=ORANGE, linewidth=1.0)
-    axes.set(ylim=(bottom, top), ylabel=f"joint {joint + 1} [{unit}]")
+    axes.set(ylim=(bottom, top), ylabel=f"{plain(trajectory.robot.joint_names[joint])} [{unit}]")
     if unit == "deg":
         axes.yaxis.set_major_locator(mpl.ticker.MultipleLocator(_angle_step(top - bottom)))
     _fit(axes, trajectory)
@@ -188,7 +188,7 @@ def _draw_ranges(axes: Axes, trajectory: Course) -> None:
     for i in np.flatnonzero(bounded):
         share = 200.0 * (trajectory.q[:, i] - robot.q_min[i]) / (robot.q_max[i] - robot.q_min[i]) - 100.0
         style = "-" if i < len(colors) else "--"
-        axes.plot(x, share, style, marker=marker(x), color=colors[i % len(colors)], label=f"joint {i + 1}")
+        axes.plot(x, share, style, marker=marker(x), color=colors[i % len(colors)], label=plain(robot.joint_names[i]))
     for limit in (-100.0, 100.0):
         axes.axhline(limit, color=BLACK, linewidth=1.0, linestyle=":")
     axes.set(xlabel=label, ylabel="place in the joint's range\n[%, limits at ±100]", ylim=(-108.0, 108.0))

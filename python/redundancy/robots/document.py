@@ -13,7 +13,7 @@ LENGTHS: Final = {"m": 1.0, "mm": 1000.0}
 CONVENTIONS: Final = ("standard", "modified", "links")
 LIMITS: Final = ("q_min", "q_max", "qd_max", "qdd_max")
 KEYS: Final = (
-    *("name", "description", "source", "convention", "joints"),
+    *("name", "description", "source", "convention", "joints", "joint_names"),
     *("units", "dh", "links", "limits", "tool", "base"),
 )
 
@@ -73,12 +73,21 @@ def to_robot(document: Table) -> Robot:
     convention: Any = document.text("convention", "standard", CONVENTIONS)
     rest: dict[str, Any] = {key: _frame(document, key, units) for key in ("tool", "base")}
     rest |= {"name": document.text("name"), "joints": joints} | _limits(document.table("limits"), joints, units)
+    if "joint_names" in document:
+        rest["joint_names"] = _names(document, len(joints))
     linked = convention == "links"
     chain = _links(document, len(joints), units) if linked else _dh(document, len(joints), units)
     try:
         return Robot.from_links(**chain, **rest) if linked else Robot.from_dh(**chain, convention=convention, **rest)
     except RedundancyError as error:
         raise document.fail(str(error)) from error
+
+
+def _names(document: Table, n: int) -> list[str]:
+    names = document.data["joint_names"]
+    if not (isinstance(names, list) and len(names) == n and all(isinstance(name, str) for name in names)):
+        raise document.error("joint_names", f"{n} strings, one for each joint")
+    return names
 
 
 def _dh(document: Table, n: int, units: Units) -> dict[str, Any]:
@@ -169,6 +178,8 @@ def to_document(robot: Robot) -> dict[str, Any]:
         "joints": robot.joints,
         "units": {"length": "m", "angle": "rad"},
     }
+    if any(robot.joint_label(i) != f"joint {i + 1}" for i in range(robot.n)):
+        document["joint_names"] = list(robot.joint_names)
     if dh is None:
         document["links"] = {"matrices": robot.links.tolist(), "flange": robot.flange.tolist()}
     else:

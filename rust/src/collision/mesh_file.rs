@@ -37,7 +37,8 @@ fn counted(bytes: &[u8]) -> Option<(u32, u64)> {
 
 /// Whether an STL is text. Headers of binary ones may begin as text does; then their size tells.
 fn is_text(bytes: &[u8]) -> bool {
-    bytes.trim_ascii_start().starts_with(b"solid") && counted(bytes).is_none_or(|(_, size)| size != bytes.len() as u64)
+    bytes.trim_ascii_start().starts_with(b"solid")
+        && counted(bytes).is_none_or(|(_, size)| size != bytes.len() as u64)
         && bytes.windows(8).any(|word| word == b"endsolid")
 }
 

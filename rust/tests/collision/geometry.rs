@@ -126,12 +126,7 @@ fn meshes_of_every_kind() {
         let expected = [[0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, -0.3], [0.0; 3]];
         assert!(vertices.iter().zip(expected).all(|(a, b)| norm(sub(*a, b)) < 1e-7), "{name} {vertices:?}");
     }
-    let anywhere = bodies_from_urdf_str(
-        &urdf(&mesh("package://pkg/meshes/a.stl")),
-        &TIP,
-        Path::new("/"),
-        std::slice::from_ref(&folder.0),
-    );
+    let anywhere = bodies_from_urdf_str(&urdf(&mesh("package://pkg/meshes/a.stl")), &TIP, Path::new("/"), std::slice::from_ref(&folder.0));
     assert_eq!(anywhere.unwrap().len(), 3);
     for name in ["package://pkg/meshes/none.stl", "package://pkg", "../meshes/cut.stl", "../meshes/d.dae", ""] {
         let error = bodies_from_urdf_str(&urdf(&mesh(name)), &TIP, &inside, &[]).unwrap_err();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray2, PyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyMapping;
 
 use crate::errors::PyResult;
 
@@ -235,7 +235,7 @@ pub fn bodies_from_urdf_py(
     base: Option<&str>,
     tip: Option<&str>,
     search: Vec<PathBuf>,
-    limits: Option<&Bound<'_, PyDict>>,
+    limits: Option<&Bound<'_, PyMapping>>,
 ) -> PyResult<Vec<PyBody>> {
     let limits = read_joint_limits(limits)?;
     let asked = UrdfChain { base, tip, limits: &limits };

@@ -1,8 +1,8 @@
 //! `redundancy.Robot`, and frames and limits in and out.
 
 pub mod frames;
-pub mod joint_limits;
 mod inverse;
+pub mod joint_limits;
 mod model;
 mod tables;
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::prelude::*;
 
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyMapping, PyTuple};
 
 use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
@@ -134,7 +134,7 @@ impl PyRobot {
         base: Option<&str>,
         tip: Option<&str>,
         tool: Maybe<'_, '_>,
-        limits: Option<&Bound<'_, PyDict>>,
+        limits: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
         let limits = read_joint_limits(limits)?;
         finish(ok(Robot::from_urdf_file(&path, &UrdfChain { base, tip, limits: &limits }))?, tool, None, [None; 4], None)

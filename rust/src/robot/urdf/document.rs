@@ -47,14 +47,7 @@ impl Document {
             return Err(fault(source, root.line, "a URDF without links"));
         }
         let links = names.into_iter().zip(links).map(|(name, element)| Link { name, element, above: None, below: Vec::new() }).collect();
-        let mut document = Self {
-            source: source.into(),
-            name,
-            links,
-            joints: Vec::new(),
-            joint_numbers: HashMap::new(),
-            link_numbers,
-        };
+        let mut document = Self { source: source.into(), name, links, joints: Vec::new(), joint_numbers: HashMap::new(), link_numbers };
         let (names, numbers) = numbered(source, &joints)?;
         document.joint_numbers = numbers;
         for (name, element) in names.into_iter().zip(joints) {
@@ -86,10 +79,9 @@ impl Document {
         let failed = |why: String| fault(&self.source, element.line, format!("joint {joint:?}: {why}"));
         let named = element.child(end).and_then(|end| end.attribute("link"));
         let link = named.ok_or_else(|| failed(format!("no <{end} link=\"...\"/>")))?;
-        self.link_numbers
-            .get(link)
-            .copied()
-            .ok_or_else(|| failed(format!("its {end} link {link:?} does not exist; expected one of the links{}", instead(link, self.link_names()))))
+        self.link_numbers.get(link).copied().ok_or_else(|| {
+            failed(format!("its {end} link {link:?} does not exist; expected one of the links{}", instead(link, self.link_names())))
+        })
     }
 
     /// One root, from which a way leads to every link.
@@ -124,7 +116,11 @@ impl Document {
         if roots().count() > 1 {
             let names = listed(roots().map(|link| link.name.as_str()));
             let second = roots().nth(1).map_or(0, |link| link.element.line);
-            return Err(fault(&self.source, second, format!("several links are no joint's child ({names}): a URDF is a tree with one root")));
+            return Err(fault(
+                &self.source,
+                second,
+                format!("several links are no joint's child ({names}): a URDF is a tree with one root"),
+            ));
         }
         Ok(())
     }
@@ -206,7 +202,11 @@ fn numbered(source: &str, elements: &[Element]) -> Result<(Vec<String>, HashMap<
     let mut names = Vec::with_capacity(elements.len());
     for (i, element) in elements.iter().enumerate() {
         let kind = &element.name;
-        let name = element.attribute("name").ok_or_else(|| fault(source, element.line, format!("a {kind} without a name")))?;
+        let name = element.attribute("name").filter(|name| !name.is_empty()).ok_or_else(|| {
+            let below = element.child("child").and_then(|child| child.attribute("link"));
+            let where_to = below.map_or_else(String::new, |link| format!(" (its child is link {link:?})"));
+            fault(source, element.line, format!("a {kind} without a name{where_to}"))
+        })?;
         if let Some(first) = numbers.insert(name.into(), i) {
             let why = format!("a second {kind} {name:?}; the first is on line {}", elements[first].line);
             return Err(fault(source, element.line, why));

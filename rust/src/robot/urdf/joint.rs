@@ -63,13 +63,21 @@ impl Document {
         let origin = origin(&self.source, &who, &it.element)?;
         let Some((kind, bounded)) = self.kind(it)? else { return Ok(Motion::Fixed(origin)) };
         let align = with_z(self.axis(it, &who)?);
-        let limits = self.limits(it, bounded, given)?;
+        let mut limits = self.limits(it, bounded, given)?;
         let mimic = self.mimic(joint, given)?;
+        let locked = limits[0] == limits[1];
         let held = match &mimic {
-            None => (limits[0] == limits[1]).then_some(limits[0]),
+            None => locked.then_some(limits[0]),
             Some(mimic) => (mimic.factor == 0.0).then_some(mimic.offset),
         };
+        if locked {
+            // The joint that it follows says where this one stands.
+            (limits[0], limits[1]) = (f64::NEG_INFINITY, f64::INFINITY);
+        }
         Ok(match held {
+            Some(q) if kind == Joint::Prismatic && !(q.abs() <= LARGEST_LENGTH) => {
+                return Err(self.failed(it, format!("it is held at {q:e}, expected at most {LARGEST_LENGTH:e} m")));
+            }
             Some(q) => Motion::Fixed(origin.compose(&align).compose(&motion(kind, q)).compose(&align.inverse())),
             None => Motion::Moving { joint: MovingJoint { name: it.name.clone(), kind, limits, mimic }, origin, align },
         })
@@ -99,7 +107,10 @@ impl Document {
             Some("prismatic") => Ok(Some((Joint::Prismatic, true))),
             other => Err(self.failed(
                 joint,
-                format!("its type is {}, expected revolute, continuous, prismatic or fixed: others form no serial robot", other.unwrap_or("missing")),
+                format!(
+                    "its type is {}, expected revolute, continuous, prismatic or fixed: others form no serial robot",
+                    other.unwrap_or("missing")
+                ),
             )),
         }
     }
@@ -163,6 +174,12 @@ impl Document {
             };
             let (next_factor, next_offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
             (factor, offset) = (factor * next_factor, factor * next_offset + offset);
+            if !(factor.is_finite() && offset.is_finite()) {
+                return Err(self.failed(
+                    &self.joints[joint],
+                    format!("it mimics others by a multiplier of {factor} and an offset of {offset}, expected finite ones"),
+                ));
+            }
             let driver = element.attribute("joint").unwrap_or_default();
             at = self.joint(driver).ok_or_else(|| {
                 let why = format!("it mimics {driver:?}, expected one of the joints{}", instead(driver, self.joint_names()));
