@@ -18,7 +18,8 @@ def robot(*parts: str) -> str:
 
 LIMIT = '<limit lower="-2" upper="1.5" velocity="2" effort="10"/>'
 SEEN = """<link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-</inertial><visual><geometry><mesh filename="package://nowhere/b.dae"/></geometry><material name="grey"/></visual></link>"""
+</inertial><visual><geometry><mesh filename="package://nowhere/b.dae"/></geometry>
+<material name="grey"/></visual></link>"""
 ARM = robot(
     links("a c d e"),
     SEEN,
@@ -44,7 +45,7 @@ FINGERS = (
         f'<origin xyz="0 0 0.2"/><axis xyz="1 0 0"/><mimic joint="thumb" offset="-0.3"/>{LIMIT}',
     ),
 )
-TRANSMISSION = """<transmission name="t"><type>SimpleTransmission</type><joint name="one"><hardwareInterface>x</hardwareInterface>
+TRANSMISSION = """<transmission name="t"><type>Simple</type><joint name="one"><hardwareInterface>x</hardwareInterface>
 </joint><actuator name="m"><mechanicalReduction>1</mechanicalReduction></actuator></transmission>
 <gazebo reference="b"><plugin:thing speed="fast" speed_2=''/><link name="b"/></gazebo>
 <material name="grey"><color rgba="1 1 1 1"/></material>"""

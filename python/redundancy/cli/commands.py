@@ -32,7 +32,7 @@ from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
 from ..loops import follow, follow_without_spin
 from ..paths import Trajectory
-from .freedom import judged, rows_for
+from .freedom import judged, mixed, rows_for
 from .job import Job, read_job
 from .plan_report import map_job, map_table, plan_job, plan_table, write_map, write_plan
 from .plan_table import CRITERIA
@@ -224,11 +224,13 @@ def length(robot: str, starts: int, seed: int, rows: str | None, base: str | Non
     """Find the characteristic length of ROBOT (a name, or a .toml or .urdf file), and the posture it belongs to."""
     model = robots.find(robot, base=base, tip=tip)
     chosen = rows_for(model, model.fk(model.middle)[:3, 2], _parse_rows(rows))
-    found = minimum_condition_posture(model, starts=starts, rows=chosen, seed=seed, progress=True)
+    # Rows of one unit have nothing that a length would make comparable.
+    fixed = None if mixed(chosen) else 1.0
+    found = minimum_condition_posture(model, length=fixed, starts=starts, rows=chosen, seed=seed, progress=True)
     _print_pairs(
         model.name,
         {
-            "characteristic length": f"{1000.0 * found.length:.6f} mm",
+            "characteristic length": f"{1000.0 * found.length:.6f} mm" if fixed is None else "none: rows of one unit",
             "condition number kappa_F": f"{found.condition_number:.9f}",
             **_told(model, chosen),
             "posture": _readable(model, found.q),

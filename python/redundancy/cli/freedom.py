@@ -62,6 +62,11 @@ def rows_for(robot: Robot, axis: F64, asked: Sequence[int] | None = None) -> lis
     return next(moves, choices[0])
 
 
+def mixed(rows: Sequence[int]) -> bool:
+    """Return whether rows have both units, angular and linear ones, so that a length matters."""
+    return 0 < sum(row < 3 for row in rows) < len(rows)
+
+
 def possible(task: Task, robot: Robot) -> Task:
     """Return the part of a task that the joints of a robot change: what is always as it is cannot be asked for.
 

@@ -55,7 +55,7 @@ from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
 from ..files import FRAMES, Table, read_document
 from ..paths import Toolpath, path_of_table
-from .freedom import possible, rows_for
+from .freedom import mixed, possible, rows_for
 from .plan_table import PlanTable, read_plan
 
 Frame: TypeAlias = Literal["tool", "flange"]
@@ -179,6 +179,8 @@ def weighted_sum(
         If the length is not positive, or the indices are not defined for the robot.
     """
     rows = robot.rows_in_use() if rows is None else rows
+    if length is None and not mixed(rows):
+        length = 1.0
     if length is None:
         length = minimum_condition_posture(robot, starts=16, rows=rows).length
     return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))

@@ -12,6 +12,9 @@ const HEADER: usize = 84;
 /// Bytes of each triangle: its normal and its corners by 32-bit numbers, and two that mean nothing.
 const TRIANGLE: usize = 50;
 
+/// Bytes that a program may leave behind the last triangle: the end of a line.
+const LINE_END: u64 = 2;
+
 /// The vertices of the faces in an STL (binary or text) or OBJ file, in its own units.
 pub(super) fn points(path: &Path) -> Result<Vec<Vec3>> {
     let bytes = read_bytes(path)?;
@@ -37,15 +40,16 @@ fn counted(bytes: &[u8]) -> Option<(u32, u64)> {
 
 /// Whether an STL is text. Headers of binary ones may begin as text does; then their size tells.
 fn is_text(bytes: &[u8]) -> bool {
-    bytes.trim_ascii_start().starts_with(b"solid")
+    let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    begins
         && counted(bytes).is_none_or(|(_, size)| size != bytes.len() as u64)
-        && bytes.windows(8).any(|word| word == b"endsolid")
+        && bytes.windows(8).any(|word| word.eq_ignore_ascii_case(b"endsolid"))
 }
 
 fn binary_stl(bytes: &[u8]) -> std::result::Result<Vec<Vec3>, String> {
     let held = bytes.len() as u64;
     let (count, size) = counted(bytes).ok_or_else(|| format!("{held} bytes, expected an STL: at least the {HEADER} of its header"))?;
-    if size > held {
+    if size > held || held - size > LINE_END {
         return Err(format!("an STL of {held} bytes that counts {count} triangles, for which {size} bytes are expected"));
     }
     let number = |four: &[u8]| f64::from(f32::from_le_bytes([four[0], four[1], four[2], four[3]]));

@@ -189,7 +189,7 @@ impl<const C: usize> Model<C> {
         let (n, r, count) = (problem.n(), problem.freedoms(), points.len());
         let place = |i: usize| folded(i, count, problem.turns.is_some());
         let reach = if problem.turns.is_some() { 2 } else { 1 };
-        let mut matrix = Banded::new(count * r, (reach + 1) * r - 1);
+        let mut matrix = Banded::new(count * r, ((reach + 1) * r).saturating_sub(1));
         for (i, point) in points.iter().enumerate() {
             let block = point.reduce(&self.lagrangian[i], &self.hessian[i], r);
             for a in 0..r {
