@@ -18,8 +18,7 @@ def robot(*parts: str) -> str:
 
 LIMIT = '<limit lower="-2" upper="1.5" velocity="2" effort="10"/>'
 SEEN = """<link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-</inertial><visual><geometry><mesh filename="package://nowhere/b.dae"/></geometry>
-<material name="grey"/></visual></link>"""
+</inertial><visual><geometry><mesh filename="package://no/b.dae"/></geometry><material name="grey"/></visual></link>"""
 ARM = robot(
     links("a c d e"),
     SEEN,

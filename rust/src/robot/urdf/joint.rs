@@ -37,7 +37,8 @@ fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
 pub(crate) fn attribute<const N: usize>(source: &str, who: &str, element: &Element, name: &str) -> Result<Option<[f64; N]>> {
     let Some(text) = element.attribute(name) else { return Ok(None) };
     let count = if N == 1 { "a finite number" } else { &format!("{N} finite numbers") };
-    let wrong = || fault(source, element.line, format!("{who}: {name} of <{}> is {text:?}, expected {count}", element.name));
+    let macros = if text.contains("${") { " (this is a macro: expand the file with xacro first)" } else { "" };
+    let wrong = || fault(source, element.line, format!("{who}: {name} of <{}> is {text:?}, expected {count}{macros}", element.name));
     numbers(text).filter(|found| found.iter().all(|x| x.is_finite())).map(Some).ok_or_else(wrong)
 }
 
@@ -120,8 +121,8 @@ impl Document {
         let Some(element) = joint.element.child("axis") else { return Ok([1.0, 0.0, 0.0]) };
         let axis: Option<[f64; 3]> = attribute(&self.source, who, element, "xyz")?;
         axis.and_then(unit).ok_or_else(|| {
-            let got = element.attribute("xyz").unwrap_or("missing");
-            fault(&self.source, element.line, format!("{who}: xyz of <axis> is {got:?}, expected a vector that is not zero"))
+            let got = element.attribute("xyz").map_or("missing".into(), |text| format!("{text:?}"));
+            fault(&self.source, element.line, format!("{who}: xyz of <axis> is {got}, expected a vector that is not zero"))
         })
     }
 
