@@ -108,6 +108,7 @@ def test_what_is_beside_the_chain_refuses_nothing(arm: Callable[..., rd.Robot]) 
         ('<limit upper="1.5" velocity="0"/>', 0.0, 1.5, INF),
         ('<limit lower="-1.5" effort="?"/>', -1.5, 0.0, INF),
         ('<limit lower="-inf" upper="inf" velocity="inf"/>', -INF, INF, INF),
+        ('<limit lower="0" upper="0.0" effort="0" velocity="0"/>', -INF, INF, INF),
         ('<limit lower=" -1 " upper="+.5e1"/>', -1.0, 5.0, INF),
     ],
 )

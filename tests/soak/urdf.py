@@ -81,7 +81,8 @@ def locked(joint: ElementTree.Element) -> float | None:
     if joint.attrib.get("type") not in ("revolute", "prismatic") or limit is None:
         return None
     low, high = limit.get("lower"), limit.get("upper")
-    if low is None and high is None:
+    unset = all(float(limit.get(key, 1.0)) == 0.0 for key in ("lower", "upper", "velocity", "effort"))
+    if unset or (low is None and high is None):
         return None
     ends = float(low or 0.0), float(high or 0.0)
     return ends[0] if ends[0] == ends[1] else None

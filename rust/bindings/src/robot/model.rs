@@ -105,8 +105,8 @@ impl PyRobot {
     ///
     /// Links, joints and, on the chain, origins, axes, limits and mimics are read; visuals, inertias, transmissions and whatever else a file
     /// has can refuse nothing. A joint without a lower and an upper limit has no limit of position (one of the two alone has the other at
-    /// 0, as the format says); one without a limit of velocity, or with 0, as many exporters write, has none of speed. A joint
-    /// whose lower limit is its upper one is fixed there. An axis is taken at length one; none is x. Files of xacro have to be expanded first.
+    /// 0, as the format says); one without a limit of velocity, or with 0, as many exporters write, has none of speed, and one with zeros
+    /// alone has none at all. A joint whose lower limit is its upper one is fixed there. An axis is taken at length one; none is x. Files of xacro have to be expanded first.
     ///
     /// Parameters
     /// ----------

@@ -127,7 +127,7 @@ impl Document {
     }
 
     /// Lower and upper limit, of speed and of acceleration. Where a file has neither a lower nor an upper limit there is none, and one alone
-    /// has the other at 0, as the format says. A speed of 0, which exporters write where they know none, is no limit.
+    /// has the other at 0, as the format says. A speed of 0, which exporters write where they know none, is no limit; nor are zeros alone.
     fn limits(&self, joint: &JointElement, bounded: bool, given: &[JointLimits]) -> Result<[f64; 4]> {
         let element = joint.element.child("limit");
         let read = |name: &str| -> Result<Option<f64>> {
@@ -136,7 +136,9 @@ impl Document {
             let why = || format!("joint {:?}: {name} of <limit> is {text:?}, expected a number", joint.name);
             number.map(Some).ok_or_else(|| fault(&self.source, element.line, why()))
         };
-        let (mut low, mut high) = match (bounded, read("lower")?, read("upper")?) {
+        let zero = |name: &str| element.and_then(|it| it.attribute(name)).and_then(|text| text.parse().ok()) == Some(0.0);
+        let unset = ["lower", "upper", "velocity", "effort"].into_iter().all(zero);
+        let (mut low, mut high) = match (bounded && !unset, read("lower")?, read("upper")?) {
             (false, ..) | (true, None, None) => (f64::NEG_INFINITY, f64::INFINITY),
             (true, low, high) => (low.unwrap_or(0.0), high.unwrap_or(0.0)),
         };
