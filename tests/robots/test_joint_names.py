@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -108,7 +109,7 @@ def test_lengths_that_are_mistakes_are_refused(size: float) -> None:
     frame = np.eye(4)
     frame[1, 3] = size
     shown = f"{abs(size):e}".split("e")[0].rstrip("0").rstrip(".")
-    attempts = [
+    attempts: list[tuple[str, Callable[[], object]]] = [
         (r"a\[1\]", lambda: rd.Robot.from_dh([0.0, size], zero, zero, zero)),
         (r"d\[0\]", lambda: rd.Robot.from_dh(zero, [size, 0.0], zero, zero)),
         (r"translation of tool\[1\]", lambda: ARM.with_tool(frame)),

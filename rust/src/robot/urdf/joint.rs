@@ -76,7 +76,7 @@ impl Document {
             (limits[0], limits[1]) = (f64::NEG_INFINITY, f64::INFINITY);
         }
         Ok(match held {
-            Some(q) if kind == Joint::Prismatic && !(q.abs() <= LARGEST_LENGTH) => {
+            Some(q) if kind == Joint::Prismatic && q.abs() > LARGEST_LENGTH => {
                 return Err(self.failed(it, format!("it is held at {q:e}, expected at most {LARGEST_LENGTH:e} m")));
             }
             Some(q) => Motion::Fixed(origin.compose(&align).compose(&motion(kind, q)).compose(&align.inverse())),
