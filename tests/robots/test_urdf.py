@@ -124,6 +124,7 @@ def test_limits_in_place_of_those_of_the_file(arm: Callable[..., rd.Robot]) -> N
     np.testing.assert_array_equal(read.q_min, [-1, -2, -3])
     np.testing.assert_array_equal(read.q_max, [2, 1.5, INF])
     np.testing.assert_array_equal(read.qd_max, [2, 0.1, INF])
+    assert arm(ARM, limits={"one": np.array([-1, 2])}) == arm(ARM, limits={"one": [-1.0, 2.0]})
     # None leaves what the file says; a joint beside the chain may be named.
     assert arm(ARM, tip="b", limits={"one": (None, None), "three": (0, 1)}) == arm(ARM, tip="b")
 

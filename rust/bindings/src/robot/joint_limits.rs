@@ -34,8 +34,8 @@ pub fn read_joint_limits(limits: Option<&Bound<'_, PyMapping>>) -> PyResult<Vec<
                 }
             }
         } else {
-            let pair: [Option<f64>; 2] = value.extract().map_err(|_| wrong())?;
-            [one.low, one.high] = pair;
+            let ends = value.try_iter().and_then(|ends| ends.map(|end| end?.extract::<Option<f64>>()).collect::<Result<Vec<_>, _>>());
+            [one.low, one.high] = ends.ok().and_then(|ends| ends.try_into().ok()).ok_or_else(wrong)?;
         }
         read.push(one);
     }

@@ -2,7 +2,7 @@
 
 use super::document::{Document, JointElement};
 use super::names::instead;
-use super::xml::{Element, fault};
+use super::xml::{Element, fault, shown};
 use super::{JointLimits, Mimic, MovingJoint};
 use crate::error::{Error, Result};
 use crate::linalg::frame::Frame;
@@ -38,7 +38,7 @@ pub(crate) fn attribute<const N: usize>(source: &str, who: &str, element: &Eleme
     let Some(text) = element.attribute(name) else { return Ok(None) };
     let count = if N == 1 { "a finite number" } else { &format!("{N} finite numbers") };
     let macros = if text.contains("${") { " (this is a macro: expand the file with xacro first)" } else { "" };
-    let wrong = || fault(source, element.line, format!("{who}: {name} of <{}> is {text:?}, expected {count}{macros}", element.name));
+    let wrong = || fault(source, element.line, format!("{who}: {name} of <{}> is {}, expected {count}{macros}", element.name, shown(text)));
     numbers(text).filter(|found| found.iter().all(|x| x.is_finite())).map(Some).ok_or_else(wrong)
 }
 
@@ -84,10 +84,14 @@ impl Document {
         })
     }
 
-    /// The frame of a joint's child in that of its parent where the joint is fixed, or held by its limits. What is off the chain and no fixed joint
-    /// may say what it wants.
+    /// The frame of a joint's child in that of its parent where the joint is fixed, or held by its own limits. What is off the chain and no fixed
+    /// joint may say what it wants.
     pub fn held(&self, joint: usize, given: &[JointLimits]) -> Result<Option<Frame>> {
-        let fixed = self.joints[joint].element.attribute("type") == Some("fixed");
+        let element = &self.joints[joint].element;
+        let fixed = element.attribute("type") == Some("fixed");
+        if !fixed && element.child("mimic").is_some() {
+            return Ok(None);
+        }
         match self.motion(joint, given) {
             Ok(Motion::Fixed(frame)) => Ok(Some(frame)),
             Err(error) if fixed => Err(error),
@@ -121,7 +125,7 @@ impl Document {
         let Some(element) = joint.element.child("axis") else { return Ok([1.0, 0.0, 0.0]) };
         let axis: Option<[f64; 3]> = attribute(&self.source, who, element, "xyz")?;
         axis.and_then(unit).ok_or_else(|| {
-            let got = element.attribute("xyz").map_or("missing".into(), |text| format!("{text:?}"));
+            let got = element.attribute("xyz").map_or("missing".into(), shown);
             fault(&self.source, element.line, format!("{who}: xyz of <axis> is {got}, expected a vector that is not zero"))
         })
     }
@@ -133,7 +137,7 @@ impl Document {
         let read = |name: &str| -> Result<Option<f64>> {
             let Some((element, text)) = element.and_then(|it| it.attribute(name).map(|text| (it, text))) else { return Ok(None) };
             let number = text.parse().ok().filter(|x: &f64| !x.is_nan());
-            let why = || format!("joint {:?}: {name} of <limit> is {text:?}, expected a number", joint.name);
+            let why = || format!("joint {:?}: {name} of <limit> is {}, expected a number", joint.name, shown(text));
             number.map(Some).ok_or_else(|| fault(&self.source, element.line, why()))
         };
         let zero = |name: &str| element.and_then(|it| it.attribute(name)).and_then(|text| text.parse().ok()) == Some(0.0);

@@ -13,6 +13,9 @@ use crate::error::{Error, Result};
 /// Larger files are refused \[bytes\].
 const LARGEST: u64 = 1 << 30;
 
+/// Letters of a wrong text in a message.
+const SHOWN: usize = 60;
+
 /// What is read of each element; the rest is skipped. As no element is under itself, a tree of them is at most five deep.
 const READ: [(&str, &[&str]); 6] = [
     ("", &["robot"]),
@@ -69,6 +72,12 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 /// An error at a line.
 pub(crate) fn fault(source: &str, line: usize, why: impl std::fmt::Display) -> Error {
     Error::Model(format!("{source}:{line}: {why}"))
+}
+
+/// A text between quotes, the beginning of it if it is long.
+pub(crate) fn shown(text: &str) -> String {
+    let first: String = text.chars().take(SHOWN).collect();
+    if first.len() < text.len() { format!("{first:?}...") } else { format!("{text:?}") }
 }
 
 /// The root of a document. Once through the text, without recursion; entities are not expanded.
