@@ -140,7 +140,7 @@ impl<const C: usize> Directions<C> {
         let (pt, jt) = (transposed(&factored.p, m), transposed(&factored.jn, m));
         for k in 0..n {
             rows.normalised_derivative(jacobian, k, &mut self.dj[k]);
-            rows.omega(&self.dj[k], &pt, k, m, &mut self.omega[k]);
+            rows.omega(jacobian, &self.dj[k], &pt, k, m, &mut self.omega[k]);
             let product = multiply(&factored.w, &self.omega[k], m);
             for r in 0..m {
                 for c in 0..m {

@@ -84,7 +84,7 @@ impl JacobianIndex for Manipulability {
         let mut turned = [[[0.0; 6]; 6]; C];
         for k in 0..n {
             self.rows.normalised_derivative(jacobian, k, &mut dj[k]);
-            self.rows.omega(&dj[k], &pt, k, m, &mut omega[k]);
+            self.rows.omega(jacobian, &dj[k], &pt, k, m, &mut omega[k]);
             turned[k] = transposed(&omega[k], m);
         }
         for k in 0..n {

@@ -68,8 +68,7 @@ impl Rows {
     /// `dJ_n/dq_k` by columns, into a zeroed `out`.
     #[inline(always)]
     pub(super) fn normalised_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
-        for i in 0..jacobian.n() {
-            let column = derivative_column(jacobian, k, i);
+        let mut put = |i: usize, column: Row6| {
             if self.count == 6 {
                 out[i] = std::array::from_fn(|r| if r < 3 { self.length * column[r] } else { column[r] });
             } else {
@@ -77,12 +76,27 @@ impl Rows {
                     out[i][r] = self.scale(*row) * column[*row];
                 }
             }
+        };
+        match jacobian.coupled() {
+            None => (0..jacobian.n()).for_each(|i| put(i, derivative_column(jacobian, k, i))),
+            Some(coupled) => coupled.derivative(k).into_iter().enumerate().for_each(|(i, column)| put(i, column)),
         }
     }
 
-    /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k.
+    /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k where no joint follows another.
     #[inline(always)]
-    pub(super) fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
+    pub(super) fn omega<const C: usize>(
+        &self,
+        jacobian: &Jacobian<C>,
+        dj: &[Row6; C],
+        p: &[Row6; C],
+        k: usize,
+        m: usize,
+        out: &mut Mat6,
+    ) {
+        if jacobian.coupled().is_some() {
+            return product(dj, p, m, out);
+        }
         let angular = if m == 6 { 3 } else { self.angular() };
         for r in 0..m {
             for i in if r < angular { k + 1 } else { 0 }..C {
@@ -126,5 +140,18 @@ impl Rows {
             }
         }
         out
+    }
+}
+
+/// Adds `dJ P`.
+#[cold]
+#[inline(never)]
+fn product<const C: usize>(dj: &[Row6; C], p: &[Row6; C], m: usize, out: &mut Mat6) {
+    for (dj, p) in dj.iter().zip(p) {
+        for r in 0..m {
+            for c in 0..6 {
+                out[r][c] += dj[r] * p[c];
+            }
+        }
     }
 }

@@ -18,6 +18,7 @@
 //! # Ok::<(), redundancy::error::Error>(())
 //! ```
 
+mod coupled;
 mod derivatives;
 mod forward;
 mod pullback;
@@ -33,11 +34,11 @@ use crate::robot::Robot;
 pub(crate) mod sized {
     pub use crate::kinematics::derivatives::{bending, derivative_column, first_derivative, jacobian_rate, second_derivative};
     pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
-    pub use crate::kinematics::pullback::{pull_back, pull_back_second};
+    pub use crate::kinematics::pullback::{pull_back, pull_back_of, pull_back_second};
 }
 
 /// The geometric Jacobian of a robot by columns; those beyond its joints are zero.
-pub type Jacobian = sized::Jacobian<MAX_JOINTS>;
+pub type Jacobian<'r> = sized::Jacobian<'r, MAX_JOINTS>;
 
 /// The tool frame in the base frame.
 pub fn forward(robot: &Robot, q: &[f64]) -> Result<Frame> {
@@ -64,7 +65,7 @@ pub fn forward_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
 }
 
 /// The tool frame and the Jacobian, in one sweep.
-pub fn jacobian(robot: &Robot, q: &[f64]) -> Result<(Frame, Jacobian)> {
+pub fn jacobian<'r>(robot: &'r Robot, q: &[f64]) -> Result<(Frame, Jacobian<'r>)> {
     check_length("q", q, robot.n())?;
     Ok(sized::jacobian(robot, q))
 }
@@ -110,7 +111,7 @@ pub fn jacobian_rate(robot: &Robot, q: &[f64], rates: &[f64], out: &mut [f64]) -
     Ok(())
 }
 
-/// The frame of every joint after its motion, and the tool frame last, in the base frame.
+/// The frame of every joint of the chain after its motion, those that follow others among them, and the tool frame last, in the base frame.
 pub fn link_frames(robot: &Robot, q: &[f64]) -> Result<Vec<Frame>> {
     check_length("q", q, robot.n())?;
     Ok(sized::link_frames(robot, q))

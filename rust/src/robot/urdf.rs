@@ -5,7 +5,7 @@ use std::path::Path;
 
 use urdf_rs::{JointType, Pose};
 
-use super::{Joint, Limits, Robot};
+use super::{Joint, Mimic, MovingJoint, Robot};
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, perpendicular, unit};
@@ -81,38 +81,59 @@ impl Robot {
         let urdf = urdf_rs::read_from_string(text).map_err(|e| Error::Model(format!("not a URDF: {e}")))?;
         let mut joints = Vec::new();
         let mut links = Vec::new();
-        let mut limits = Limits::none(0);
         let mut pending = Frame::IDENTITY;
         for joint in chain(&urdf, base, tip)? {
             for (part, numbers) in [("xyz", &joint.origin.xyz.0), ("rpy", &joint.origin.rpy.0)] {
                 check_finite(&format!("{part} of the origin of joint {:?}", joint.name), numbers)?;
             }
             pending = pending.compose(&frame_of(&joint.origin));
-            let kind = match joint.joint_type {
-                JointType::Revolute | JointType::Continuous => Joint::Revolute,
-                JointType::Prismatic => Joint::Prismatic,
-                JointType::Fixed => continue,
-                ref other => {
-                    return Err(Error::Model(format!(
-                        "joint {:?} is {other:?}: only revolute, continuous, prismatic and fixed joints form a serial robot",
-                        joint.name
-                    )));
-                }
-            };
+            if joint.joint_type == JointType::Fixed {
+                continue;
+            }
+            let kind = kind_of(&joint.joint_type).ok_or_else(|| {
+                let (name, kind) = (&joint.name, &joint.joint_type);
+                Error::Model(format!("joint {name:?} is {kind:?}: only revolute, continuous, prismatic and fixed joints form a serial robot"))
+            })?;
             let axis = joint.axis.xyz.0;
             let axis = unit(axis).ok_or_else(|| {
                 Error::value(&format!("axis of joint {:?}", joint.name), format!("{axis:?}"), "a finite vector that is not zero")
             })?;
             let align = with_z(axis);
-            joints.push(kind);
             links.push(pending.compose(&align));
             pending = align.inverse();
-            let bounded = joint.joint_type != JointType::Continuous;
-            limits.q_min.push(if bounded { joint.limit.lower } else { f64::NEG_INFINITY });
-            limits.q_max.push(if bounded { joint.limit.upper } else { f64::INFINITY });
-            limits.qd_max.push(if joint.limit.velocity > 0.0 { joint.limit.velocity } else { f64::INFINITY });
-            limits.qdd_max.push(f64::INFINITY);
+            joints.push(moving(joint, kind));
         }
-        Self::new(&urdf.name, &joints, &links, pending)?.with_limits(limits)
+        // What the chain follows may be beside it.
+        let beside = urdf.joints.iter().filter(|other| joints.iter().all(|joint: &MovingJoint| joint.name != other.name));
+        let driving: Vec<MovingJoint> = beside.filter_map(|joint| Some(moving(joint, kind_of(&joint.joint_type)?))).collect();
+        joints.extend(driving);
+        Self::new_coupled(&urdf.name, &joints, &links, pending)
+    }
+}
+
+/// How a joint moves; `None` where it does not, or not with one coordinate.
+fn kind_of(kind: &JointType) -> Option<Joint> {
+    match kind {
+        JointType::Revolute | JointType::Continuous => Some(Joint::Revolute),
+        JointType::Prismatic => Some(Joint::Prismatic),
+        _ => None,
+    }
+}
+
+/// A joint with its limits, and the one that it follows.
+fn moving(joint: &urdf_rs::Joint, kind: Joint) -> MovingJoint {
+    let bounded = joint.joint_type != JointType::Continuous;
+    let position = if bounded { (joint.limit.lower, joint.limit.upper) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+    let speed = if joint.limit.velocity > 0.0 { joint.limit.velocity } else { f64::INFINITY };
+    let follows = |mimic: &urdf_rs::Mimic| Mimic {
+        driver: mimic.joint.clone(),
+        factor: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or(0.0),
+    };
+    MovingJoint {
+        name: joint.name.clone(),
+        kind,
+        limits: [position.0, position.1, speed, f64::INFINITY],
+        mimic: joint.mimic.as_ref().map(follows),
     }
 }

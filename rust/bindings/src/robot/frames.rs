@@ -60,14 +60,20 @@ pub fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
     Ok(limits)
 }
 
-/// A robot with tool, base and limits.
-pub fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
+/// A robot with tool and base.
+pub fn placed(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>) -> PyResult<Robot> {
     if let Some(tool) = read_maybe("tool", tool)? {
         robot = robot.with_tool(tool);
     }
     if let Some(base) = read_maybe("base", base)? {
         robot = robot.with_base(base);
     }
+    Ok(robot)
+}
+
+/// A robot with tool, base and limits.
+pub fn finish(robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
+    let robot = placed(robot, tool, base)?;
     let limits = limits(&robot, given)?;
     Ok(PyRobot::from(ok(robot.with_limits(limits))?))
 }

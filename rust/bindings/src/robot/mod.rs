@@ -2,6 +2,7 @@
 
 pub mod frames;
 mod inverse;
+mod mimic;
 mod model;
 mod tables;
 

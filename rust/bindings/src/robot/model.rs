@@ -11,7 +11,8 @@ use pyo3::types::PyDict;
 use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
-use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, placed, read_frame, read_links};
+use crate::robot::mimic::{self, chain_letters, read_joints};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
@@ -70,13 +71,17 @@ impl PyRobot {
     ///     Limits [rad or m, per s, per s^2]; infinite where not given.
     /// name : str
     ///     Name.
+    /// mimic : dict, optional
+    ///     Joints that follow others: ``{joint: (driver, factor, offset)}``, counted from 0 along the table, stand at ``factor q_driver + offset``
+    ///     [rad or m]. The coordinates of the robot are the other joints; limits are given for all of them, and those of a joint tighten those of
+    ///     its driver, unless that leaves no range. Letters beyond the table are joints off the chain that only drive.
     ///
     /// Raises
     /// ------
-    /// ShapeError, NonFiniteError, InvalidValueError
+    /// ShapeError, NonFiniteError, InvalidValueError, ModelError
     ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", mimic=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -91,10 +96,18 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        match mimic {
+            Some(mimic) => {
+                let joints = read_joints(&letters, mimic, limits)?;
+                Ok(placed(ok(Robot::from_dh_coupled(name, table, &joints))?, tool, base)?.into())
+            }
+            None => finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, limits),
+        }
     }
 
     /// A robot from the chain between two links of a URDF file.
@@ -130,10 +143,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, mimic
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot"))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", mimic=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -145,13 +158,21 @@ impl PyRobot {
         qd_max: Maybe<'_, '_>,
         qdd_max: Maybe<'_, '_>,
         name: &str,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, [q_min, q_max, qd_max, qdd_max])
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        match mimic {
+            Some(mimic) => {
+                let joints = read_joints(joints, mimic, limits)?;
+                Ok(placed(ok(Robot::new_coupled(name, &joints, &frames, flange))?, tool, base)?.into())
+            }
+            None => finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, limits),
+        }
     }
 
-    /// Number of joints.
+    /// Number of joint coordinates: of joints, less those that follow others.
     #[getter]
     fn n(&self) -> usize {
         self.robot.n()
@@ -163,10 +184,30 @@ impl PyRobot {
         self.robot.name()
     }
 
-    /// One letter a joint, R (revolute) or P (prismatic).
+    /// One letter a joint coordinate, R (revolute) or P (prismatic).
     #[getter]
     fn joints(&self) -> String {
         self.robot.joint_letters()
+    }
+
+    /// One letter a joint of the chain, those that follow others among them, then one for each joint off it that drives some: what `from_links`
+    /// takes beside `mimic`. The same as ``joints`` where no joint follows another.
+    #[getter]
+    fn chain(&self) -> String {
+        chain_letters(&self.robot)
+    }
+
+    /// Joints of the chain that follow others, ``{joint: (driver, factor, offset)}``, counted from 0 along ``chain``; empty for most robots.
+    #[getter]
+    fn mimic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        mimic::dictionary(py, &self.robot)
+    }
+
+    /// Whether a whole turn of a joint coordinate takes the robot to where it was, shape (n,): of revolute joints, if none follows them by a part
+    /// of a turn.
+    #[getter]
+    fn periodic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, (0..self.robot.n()).map(|i| self.robot.is_periodic(i)))
     }
 
     /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
@@ -211,7 +252,7 @@ impl PyRobot {
         matrix(py, self.robot.flange())
     }
 
-    /// Fixed transforms ahead of the joints, without the base, shape (n, 4, 4).
+    /// Fixed transforms ahead of the joints of the chain, without the base, shape (m, 4, 4); m is n where no joint follows another.
     #[getter]
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         matrices(py, self.robot.bare_links())
@@ -283,7 +324,8 @@ impl PyRobot {
         self.robot.rows_in_use()
     }
 
-    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
+    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (m + 1, 4, 4) for the m joints of the chain; for
+    /// drawings. m is n where no joint follows another.
     fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let mut posture = [0.0; MAX_JOINTS];
         read_vector("q", q, self.robot.n(), &mut posture)?;
