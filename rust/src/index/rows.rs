@@ -85,15 +85,7 @@ impl Rows {
 
     /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k where no joint follows another.
     #[inline(always)]
-    pub(super) fn omega<const C: usize>(
-        &self,
-        jacobian: &Jacobian<C>,
-        dj: &[Row6; C],
-        p: &[Row6; C],
-        k: usize,
-        m: usize,
-        out: &mut Mat6,
-    ) {
+    pub(super) fn omega<const C: usize>(&self, jacobian: &Jacobian<C>, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
         if jacobian.coupled().is_some() {
             return product(dj, p, m, out);
         }

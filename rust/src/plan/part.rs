@@ -124,8 +124,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
     let n = problem.n();
     let count = q.len() / n;
     let closing = problem.closed && count == problem.points() && count > 2;
-    let turns: Option<Vec<f64>> =
-        closing.then(|| (0..n).map(|k| whole_turns(problem, k, q[(count - 1) * n + k] - q[k])).collect());
+    let turns: Option<Vec<f64>> = closing.then(|| (0..n).map(|k| whole_turns(problem, k, q[(count - 1) * n + k] - q[k])).collect());
     let mut start = q.to_vec();
     if !problem.restored(first, &mut start).into_iter().all(|reached| reached) {
         start.copy_from_slice(q);

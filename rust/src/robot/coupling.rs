@@ -5,8 +5,8 @@
 
 use super::{Joint, Limits, Robot, check_chain};
 use crate::error::{Error, Result, check_finite};
-use crate::linalg::frame::Frame;
 use crate::linalg::MAX_JOINTS;
+use crate::linalg::frame::Frame;
 
 /// A joint as a file has it.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use crate::linalg::frame::{Frame, exact_sin_cos};
 
 impl Robot {
     /// The same robot with joints held at coordinates [rad or m]: the others are its joints, in the same order. At least one has to be left. Joints that
-    /// follow a held one stand still, too.
+    /// follow a held one stand still, too. The map to the controller's joints is that of the same numbers, none where these do not tell them.
     pub fn with_fixed(&self, fixed: &[(usize, f64)]) -> Result<Self> {
         let n = self.n();
         let mut held = vec![None; n];
@@ -37,7 +37,7 @@ impl Robot {
         };
         let coupling = self.coupling().and_then(|it| it.without(&held));
         let robot = Self::assemble(&self.name, &joints, &links, pending.compose(&self.flange), coupling)?;
-        robot.with_base(self.base).with_tool(self.tool).with_limits(limits)
+        robot.with_base(self.base).with_tool(self.tool).with_limits(limits)?.with_controller(self.controller_without(&held))
     }
 }
 

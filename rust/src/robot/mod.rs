@@ -1,5 +1,6 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
+mod controller;
 mod coupling;
 mod dh;
 mod fixed;
@@ -7,6 +8,7 @@ mod limits;
 mod random;
 pub(crate) mod urdf;
 
+pub use controller::Controller;
 pub use coupling::{Coupling, Follows, Mimic, MovingJoint};
 pub use dh::{Convention, DhTable};
 pub use limits::{Limits, nearest_turn};
@@ -46,6 +48,8 @@ pub struct Robot {
     arm: f64,
     /// How joints of the chain follow others.
     coupling: Option<Coupling>,
+    /// Its joints as its controller has them; the same where there is none.
+    controller: Option<Controller>,
 }
 
 impl Robot {
@@ -79,6 +83,7 @@ impl Robot {
             end: flange,
             arm: 0.0,
             coupling,
+            controller: None,
         }
         .refold())
     }

@@ -92,7 +92,9 @@ impl Robot {
             }
             let kind = kind_of(&joint.joint_type).ok_or_else(|| {
                 let (name, kind) = (&joint.name, &joint.joint_type);
-                Error::Model(format!("joint {name:?} is {kind:?}: only revolute, continuous, prismatic and fixed joints form a serial robot"))
+                Error::Model(format!(
+                    "joint {name:?} is {kind:?}: only revolute, continuous, prismatic and fixed joints form a serial robot"
+                ))
             })?;
             let axis = joint.axis.xyz.0;
             let axis = unit(axis).ok_or_else(|| {

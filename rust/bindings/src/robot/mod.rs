@@ -1,5 +1,6 @@
 //! `redundancy.Robot`, and frames and limits in and out.
 
+pub mod controller;
 pub mod frames;
 mod inverse;
 mod mimic;

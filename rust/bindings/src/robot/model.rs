@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use pyo3::types::PyDict;
 
+use super::controller::{self, PyController};
 use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
@@ -351,6 +352,47 @@ impl PyRobot {
         Ok(ok(self.robot.with_limits(limits))?.into())
     }
 
+    /// Its joints as its controller shows and takes them; the same ones, called J1, J2, ..., if nothing else is known.
+    #[getter]
+    fn controller(&self) -> PyController {
+        controller::of(&self.robot)
+    }
+
+    /// The same robot with another map to the joints of its controller, ``p = matrix q + offset``; without arguments the same coordinates.
+    ///
+    /// Everything that computes takes the robot's own joints q. What is written and shown in the controller's says so.
+    ///
+    /// Parameters
+    /// ----------
+    /// matrix : array_like, shape (n, n), optional
+    ///     What the robot's joints add to each of the controller's; invertible.
+    /// offset : array_like, shape (n,), optional
+    ///     The controller's joints where the robot's are zero [rad or m]; zeros if not given.
+    /// signs : array_like, shape (n,), optional
+    ///     Instead of a matrix, its diagonal: 1, or -1 where the controller counts the other way.
+    /// coupling : dict, optional
+    ///     Beside signs, entries ``{(i, k): factor}``, joints counted from 0: joint i of the controller moves with joint k of the robot by that factor,
+    ///     too. FANUC measures joint 3 against the horizontal: ``{(2, 1): -1.0}``.
+    /// names : list of str, optional
+    ///     Names of the controller's joints; J1, J2, ... if not given.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, the matrix has no inverse, is given beside its parts, or names are not different ones.
+    #[pyo3(signature = (matrix=None, offset=None, signs=None, coupling=None, names=None))]
+    fn with_controller(
+        &self,
+        matrix: Maybe<'_, '_>,
+        offset: Maybe<'_, '_>,
+        signs: Maybe<'_, '_>,
+        coupling: Option<&Bound<'_, PyDict>>,
+        names: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        let controller = controller::read(self.robot.n(), matrix, offset, signs, coupling, names)?;
+        Ok(ok(self.robot.with_controller(controller))?.into())
+    }
+
     /// The same robot under another name.
     fn with_name(&self, name: &str) -> Self {
         self.robot.with_name(name).into()
@@ -506,6 +548,13 @@ impl PyRobot {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        rebuilt_from(&slf.py().get_type::<Self>(), &slf.get().robot)
+        let (class, robot) = (slf.py().get_type::<Self>(), &slf.get().robot);
+        match robot.controller() {
+            None => rebuilt_from(&class, robot),
+            Some(map) => {
+                let plain = Self::from(ok(robot.with_controller(None))?);
+                controller::rebuilt(&class, plain.into_pyobject(slf.py())?.into_any(), map)
+            }
+        }
     }
 }

@@ -35,8 +35,8 @@ pub fn rebuilt_from<'py>(class: &Bound<'py, PyType>, robot: &Robot) -> PyResult<
     let py = class.py();
     let [q_min, q_max, qd_max, qdd_max] = limits_by_joint(py, robot);
     let follow = robot.coupling().map(|_| mimic::dictionary(py, robot)).transpose()?;
-    let tail = (matrix(py, robot.tool())?, matrix(py, robot.base())?, q_min, q_max, qd_max, qdd_max, robot.name(), follow)
-        .into_pyobject(py)?;
+    let tail =
+        (matrix(py, robot.tool())?, matrix(py, robot.base())?, q_min, q_max, qd_max, qdd_max, robot.name(), follow).into_pyobject(py)?;
     match robot.dh() {
         Some(t) => {
             let columns = [&t.a, &t.d, &t.alpha, &t.theta].map(|column| vector(py, column));
