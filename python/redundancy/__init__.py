@@ -14,6 +14,7 @@ Examples
 
 from . import plots, robots, weights
 from ._core import (
+    Controller,
     Body,
     ConditionNumber,
     CustomIndex,
@@ -87,6 +88,7 @@ from .planning import Plan, PlanFailure, RedundancyMap, plan, redundancy_map
 from .robots import on_rail, with_turntable
 
 __all__ = [
+    "Controller",
     "Body",
     "ConditionNumber",
     "Convergence",

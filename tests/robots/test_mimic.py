@@ -315,7 +315,9 @@ def test_bodies_move_with_their_joints() -> None:
     """Rates of distances against differences, for a chain of which joints follow others."""
     case = Case(3, 6, 3)
     robot, q = case.robot, case.q
-    scene = rd.Scene(robot, rd.capsules_along_links(robot, 0.02), {"ball": (rd.Shape.sphere(0.1), frame_at([1.0, 2.0, 3.0]))})
+    scene = rd.Scene(
+        robot, rd.capsules_along_links(robot, 0.02), {"ball": (rd.Shape.sphere(0.1), frame_at([1.0, 2.0, 3.0]))}
+    )
     near = {found.names: found for found in scene.near(q, 10.0)}
     assert len(near) > 3
     for k in range(robot.n):

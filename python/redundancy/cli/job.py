@@ -31,6 +31,7 @@
 
     [output]
     frame = "tool"                       # whose poses RobotMaster gets; or "flange"
+    joints = "robot"                     # whose joints columns and pictures have; or "controller"
 """
 
 from dataclasses import dataclass
@@ -48,6 +49,7 @@ from .._core import (
     Robot,
     Task,
 )
+from .._util import JOINTS, Joints
 from ..design import minimum_condition_posture
 from ..errors import RedundancyError
 from ..files import FRAMES, Table, read_document
@@ -71,6 +73,7 @@ class Job:
     path: Toolpath
     plan: PlanTable
     frame: Frame
+    joints: Joints = "robot"
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job."""
@@ -109,9 +112,11 @@ def read_job(file: str | Path) -> Job:
     path = path_of_table(document.table("path"), file)
     length, weights = _objective(document.table("objective"))
     plan = read_plan(document.table("plan"), robot, file.parent)
-    frame = _frame(document.table("output"))
+    frame, joints = _output(document.table("output"))
     try:
-        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan, frame)
+        job = Job(
+            file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan, frame, joints
+        )
         # What does not fit together shows here, while the file is known.
         job.solver()
         path.targets(task)
@@ -163,9 +168,11 @@ def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
     }
 
 
-def _frame(table: Table) -> Frame:
-    table.only("frame")
-    return cast("Frame", table.text("frame", FRAMES[0], FRAMES))
+def _output(table: Table) -> tuple[Frame, Joints]:
+    table.only("frame", "joints")
+    return cast("Frame", table.text("frame", FRAMES[0], FRAMES)), cast(
+        "Joints", table.text("joints", JOINTS[0], JOINTS)
+    )
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:

@@ -96,14 +96,22 @@ def _with_first_joint(
     links = robot.links.copy()
     links[0] = after @ links[0]
     low, high, speed = limits
-    return Robot.from_links(
+    longer = Robot.from_links(
         np.concatenate([before[None], links]),
         robot.flange,
-        letter + robot.joints,
+        letter + robot.chain,
         tool=robot.tool,
+        name=f"{robot.name} {how}",
+        mimic={i + 1: (driver + 1, *rest) for i, (driver, *rest) in robot.mimic.items()} or None,
+    ).with_limits(
         q_min=np.concatenate([[low], robot.q_min]),
         q_max=np.concatenate([[high], robot.q_max]),
         qd_max=np.concatenate([[speed], robot.qd_max]),
         qdd_max=np.concatenate([[np.inf], robot.qdd_max]),
-        name=f"{robot.name} {how}",
     )
+    own = robot.controller
+    if own == robot.with_controller().controller:
+        return longer
+    matrix = np.eye(robot.n + 1)
+    matrix[1:, 1:] = own.matrix
+    return longer.with_controller(matrix, np.concatenate([[0.0], own.offset]), names=["E1", *own.names])

@@ -62,7 +62,8 @@ fn off_chain(robot: &Robot) -> Vec<usize> {
 }
 
 /// The number of the joint that each coordinate is: of the chain, or beyond it.
-fn places(robot: &Robot, coupling: &Coupling) -> Vec<usize> {
+pub fn places(robot: &Robot) -> Vec<usize> {
+    let Some(coupling) = robot.coupling() else { return (0..robot.n()).collect() };
     let (m, off) = (robot.chain().len(), off_chain(robot));
     let beyond = |k: usize| m + off.iter().position(|other| *other == k).unwrap_or(0);
     coupling.own().iter().enumerate().map(|(k, own)| own.unwrap_or_else(|| beyond(k))).collect()
@@ -72,7 +73,7 @@ fn places(robot: &Robot, coupling: &Coupling) -> Vec<usize> {
 pub fn dictionary<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     if let Some(coupling) = robot.coupling() {
-        let places = places(robot, coupling);
+        let places = places(robot);
         for (i, follows) in coupling.follows().iter().enumerate() {
             if coupling.own()[follows.coordinate] != Some(i) {
                 dict.set_item(i, (places[follows.coordinate], follows.factor, follows.offset))?;
@@ -86,8 +87,7 @@ pub fn dictionary<'py>(py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, Py
 pub fn limits_by_joint<'py>(py: Python<'py>, robot: &Robot) -> [Bound<'py, PyArray1<f64>>; 4] {
     let limits = robot.limits();
     let columns = [&limits.q_min, &limits.q_max, &limits.qd_max, &limits.qdd_max];
-    let Some(coupling) = robot.coupling() else { return columns.map(|column| vector(py, column)) };
-    let places = places(robot, coupling);
+    let places = places(robot);
     let none = Limits::none(chain_letters(robot).len());
     let mut wide = [none.q_min, none.q_max, none.qd_max, none.qdd_max];
     for (wide, column) in wide.iter_mut().zip(columns) {

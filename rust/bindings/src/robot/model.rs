@@ -204,6 +204,12 @@ impl PyRobot {
         mimic::dictionary(py, &self.robot)
     }
 
+    /// The joint of ``chain`` that each joint coordinate is: 0 to n - 1 where no joint follows another.
+    #[getter]
+    fn coordinates(&self) -> Vec<usize> {
+        mimic::places(&self.robot)
+    }
+
     /// Whether a whole turn of a joint coordinate takes the robot to where it was, shape (n,): of revolute joints, if none follows them by a part
     /// of a turn.
     #[getter]
