@@ -14,9 +14,9 @@ Examples
 
 from . import plots, robots, weights
 from ._core import (
-    Controller,
     Body,
     ConditionNumber,
+    Controller,
     CustomIndex,
     Elimination,
     FrameTask,
@@ -88,9 +88,9 @@ from .planning import Plan, PlanFailure, RedundancyMap, plan, redundancy_map
 from .robots import on_rail, with_turntable
 
 __all__ = [
-    "Controller",
     "Body",
     "ConditionNumber",
+    "Controller",
     "Convergence",
     "CustomIndex",
     "CyclicStart",

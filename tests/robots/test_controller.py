@@ -2,30 +2,31 @@
 
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import redundancy as rd
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import redundancy as rd
 from tests.reference.files import DATA
 
 X, Y, Z = np.eye(3)
 NONE = np.zeros(3)
 FANUC = (Z, NONE, -Y, -X, -Y, -X)
-"""ROS-Industrial's fanuc models and FANUC's own have the axes z, y, -y, -x, -y, -x; against the horizontal, J2 alone does not turn the hand."""
+"""FANUC's axes z, y, -y, -x, -y, -x, with J3 against the horizontal: J2 alone does not turn the hand."""
 PENDANT = {
     # Axes about which the hand turns with each joint of the pendant at its zero, and the tool point there [m].
-    # FANUC, fanuc_description 2025, urdf/crx10ia_urdf_macro.xacro, wbase to flange; J3 coupled to J2 (Abbes and Poisson 2024).
+    # FANUC, fanuc_description (2025), crx10ia_urdf_macro.xacro, wbase to flange.
     "fanuc_crx10ia": (FANUC, (0.540 + 0.160, -0.150, 0.540)),
-    # The same, urdf/crx10ia_l_urdf_macro.xacro, base_link to flange.
+    # FANUC, fanuc_description (2025), crx10ia_l_urdf_macro.xacro, base_link to flange.
     "fanuc_crx10ia_l": (FANUC, (0.540 + 0.160, -0.150, 0.245 + 0.710)),
-    # ROS-Industrial fanuc_m710ic_support, m710ic50_macro.xacro, base to tool0 (FANUC manual B-82274EN/09: the zero posture).
+    # ROS-Industrial fanuc_m710ic_support, m710ic50_macro.xacro, base to tool0 (FANUC manual B-82274EN/09).
     "fanuc_m710ic50": (FANUC, (0.150 + 1.016 + 0.175, 0.0, 0.870 + 0.170)),
-    # ROS-Industrial fanuc_m16ib_support, m16ib20_macro.xacro, less twice the elbow's 100 mm that Huo's table has on the other side.
+    # ROS-Industrial fanuc_m16ib_support, m16ib20_macro.xacro; Huo's table has the elbow's 100 mm on the other side.
     "fanuc_m16ib": (FANUC, (0.150 + 0.740 + 0.100, 0.0, 0.525 + 0.770 + 0.100 - 0.200)),
-    # ROS-Industrial abb_irb2400_support, irb2400_macro.xacro, axes z, y, y, x, y, x; axis 3 is counted from the horizontal.
+    # ROS-Industrial abb_irb2400_support, irb2400_macro.xacro; ABB's axis 3 is counted from the horizontal.
     "abb_irb2400": ((Z, NONE, Y, X, Y, X), (0.100 + 0.755 + 0.085, 0.0, 0.615 + 0.705 + 0.135)),
     # ROS-Industrial abb_irb120_support, irb120_3_58_macro.xacro; ABB data sheet ROB0149EN_D, zero posture.
     "abb_irb120": ((Z, Y, Y, X, Y, X), (0.302 + 0.072, 0.0, 0.290 + 0.270 + 0.070)),
@@ -33,7 +34,7 @@ PENDANT = {
     "kuka_iiwa14": ((Z, Y, Z, -Y, Z, Y, Z), (0.0, 0.0, 0.360 + 0.420 + 0.400 + 0.126)),
     # Rethink Robotics, baxter_common 1.2.0, baxter_base.urdf.xacro, S0 to left_hand: stretched along x at zero.
     "baxter_left": ((Z, Y, X, Y, X, Y, X), (0.069 + 0.36435 + 0.37429 + 0.229525, 0.0, 0.27035 - 0.069 - 0.010)),
-    # Universal Robots, DH parameters (support article, 2022), and ur_description: stretched against x of the Base frame at zero.
+    # Universal Robots, DH parameters (support article, 2022): stretched against x of the Base frame at zero.
     "ur5e": ((Z, -Y, -Y, -Y, -Z, -Y), (-0.425 - 0.3922, -0.1333 - 0.0996, 0.1625 - 0.0997)),
     "ur10e": ((Z, -Y, -Y, -Y, -Z, -Y), (-0.6127 - 0.57155, -0.17415 - 0.11655, 0.1807 - 0.11985)),
 }
@@ -64,7 +65,7 @@ def test_every_robot_of_the_library_is_looked_at() -> None:
 
 
 def test_signs_of_universal_robots_in_a_urdf() -> None:
-    """ur_description's UR5 has the axes of the e-series; its base_link is turned by half a turn against the controller's Base."""
+    """The UR5 has the axes of the e-series; its base_link is turned by half a turn against the controller's Base."""
     urdf, robot = rd.Robot.from_urdf(DATA / "ur5.urdf", tip="tool0"), rd.robots.get("ur5e")
     turned = np.diag([-1.0, -1.0, 1.0])
     for q in np.random.default_rng(0).uniform(-2.0, 2.0, (10, 6)):
@@ -73,13 +74,13 @@ def test_signs_of_universal_robots_in_a_urdf() -> None:
 
 @pytest.mark.parametrize(("name", "upper", "height"), [("fanuc_crx10ia", 0.54, 0.0), ("fanuc_crx10ia_l", 0.71, 0.245)])
 def test_crx_equals_the_description_of_its_maker(name: str, upper: float, height: float) -> None:
-    """FANUC's description: axes z, y, -y, -x, -y, -x through points that lie along z, x and -y; here by products of exponentials."""
+    """The axes of FANUC's description by a product of exponentials: z, y, -y, -x, -y, -x through the points named."""
     robot = rd.robots.get(name)
     elbow, wrist = np.array([0.0, 0.0, height + upper]), np.array([0.54, 0.0, height + upper])
     hand = wrist - [0.0, 0.15, 0.0]
     axes = [(Z, NONE), (Y, height * Z), (-Y, elbow), (-X, elbow), (-Y, wrist), (-X, hand)]
     end = robot.fk(np.zeros(6))
-    np.testing.assert_allclose(end[:3, 3], hand + [0.16, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(end[:3, 3], hand + 0.16 * X, atol=1e-12)
     np.testing.assert_allclose(end[:3, 2], X, atol=1e-12)
     for q in np.random.default_rng(0).uniform(-3.0, 3.0, (20, 6)):
         pose = np.eye(4)
@@ -93,7 +94,7 @@ def test_crx_equals_the_description_of_its_maker(name: str, upper: float, height
 
 
 def test_a_published_pendant_posture_of_a_fanuc() -> None:
-    """ros-industrial/fanuc_experimental, issue 17: a pendant shows J3 -33.342 deg where joint_states have these angles."""
+    """ros-industrial/fanuc_experimental, issue 17: a pendant shows J3 -33.342 deg at these joint_states."""
     states = [
         0.2743533253669739,
         0.5467115640640259,
@@ -108,7 +109,7 @@ def test_a_published_pendant_posture_of_a_fanuc() -> None:
 
 
 def test_a_published_pendant_posture_of_a_crx() -> None:
-    """github.com/mattj23/crx-kinematics, issue 1: 10, -80, 10, 20, -20, 45 deg on the controller puts the wrist on axis 1."""
+    """github.com/mattj23/crx-kinematics, issue 1: these angles on the controller put the wrist on axis 1."""
     robot = rd.robots.get("fanuc_crx10ia")
     q = robot.controller.to_robot(np.deg2rad([10.0, -80.0, 10.0, 20.0, -20.0, 45.0]))
     np.testing.assert_allclose(robot.link_frames(q)[3][:2, 3], 0.0, atol=1e-15)
@@ -193,9 +194,9 @@ def test_held_joints_go_into_the_offset() -> None:
         ({"names": ["a"]}, "6 different names"),
     ],
 )
-def test_what_is_refused(arguments: dict[str, object], match: str) -> None:
+def test_what_is_refused(arguments: dict[str, Any], match: str) -> None:
     with pytest.raises(rd.RedundancyError, match=match):
-        rd.robots.get("ur5e").with_controller(**arguments)  # type: ignore[arg-type]
+        rd.robots.get("ur5e").with_controller(**arguments)
 
 
 @pytest.fixture
@@ -256,7 +257,9 @@ def test_pictures_of_the_controllers_joints(trajectory: rd.Trajectory) -> None:
     panel = figure.axes[2]
     assert panel.get_ylabel() == "J3 [deg]"
     shown = np.rad2deg(trajectory.q[:, 2] - trajectory.q[:, 1])
-    np.testing.assert_allclose(panel.lines[0].get_ydata(), shown)
-    labels = [text.get_text() for text in trajectory.plot(joints="controller").axes[1].get_legend().get_texts()]
+    np.testing.assert_allclose(np.asarray(panel.lines[0].get_ydata()), shown)
+    legend = trajectory.plot(joints="controller").axes[1].get_legend()
+    assert legend is not None
+    labels = [text.get_text() for text in legend.get_texts()]
     # Joint 3 has no limits of its own there.
     assert labels == ["J1", "J2", "J4", "J5", "J6"]

@@ -2,13 +2,17 @@
 
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import redundancy as rd
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from redundancy.loops import Solver
 
-import redundancy as rd
+from tests.reference.chain import F64, random_frame
+from tests.reference.differences import sweep
 
 INF = np.inf
 FINGER = """<robot name="finger"><link name="l0"/><link name="l1"/><link name="l2"/><link name="tip"/>
@@ -19,19 +23,7 @@ FINGER = """<robot name="finger"><link name="l0"/><link name="l1"/><link name="l
 <joint name="jt" type="fixed"><origin xyz="0 0 .03"/><parent link="l2"/><child link="tip"/></joint></robot>"""
 
 
-def rotation(rng: np.random.Generator) -> np.ndarray:
-    q, r = np.linalg.qr(rng.normal(size=(3, 3)))
-    q = q * np.sign(np.diag(r))
-    return q if np.linalg.det(q) > 0.0 else -q
-
-
-def frame(rng: np.random.Generator) -> np.ndarray:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation(rng), rng.uniform(-0.5, 0.5, 3)
-    return out
-
-
-def frame_at(position: list[float]) -> np.ndarray:
+def frame_at(position: list[float]) -> F64:
     out = np.eye(4)
     out[:3, 3] = position
     return out
@@ -45,7 +37,7 @@ class Case:
         m = int(rng.integers(2, 10)) if m is None else m
         dependents = int(rng.integers(1, m)) if dependents is None else dependents
         letters = "".join(rng.choice(["R", "R", "P"], m))
-        links, flange = np.array([frame(rng) for _ in range(m)]), frame(rng)
+        links, flange = np.array([random_frame(rng) for _ in range(m)]), random_frame(rng)
         followers = [int(i) for i in rng.permutation(m)[:dependents]]
         free = [i for i in range(m) if i not in followers]
         self.mimic = {
@@ -62,7 +54,7 @@ class Case:
         self.q = rng.uniform(-1.5, 1.5, len(free))
 
     @property
-    def theta(self) -> np.ndarray:
+    def theta(self) -> F64:
         return self.matrix @ self.q + self.offset
 
 
@@ -87,22 +79,6 @@ def test_kinematics_are_those_of_the_chain_contracted(seed: int) -> None:
     np.testing.assert_allclose(frames, chain.link_frames(theta), atol=1e-13)
 
 
-def differences(value: object, q: np.ndarray, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Central differences extrapolated (Richardson), the best of a sweep of steps, with what they disagree by."""
-    best, spread = np.zeros((*shape, len(q))), np.full((*shape, len(q)), INF)
-    for k in range(len(q)):
-        unit = np.eye(len(q))[k]
-        for h in (1e-2, 3e-3, 1e-3, 3e-4):
-            one, two = ((value(q + s * unit) - value(q - s * unit)) / (2.0 * s) for s in (h, h / 2.0))  # type: ignore[operator]
-            four = (value(q + h / 4.0 * unit) - value(q - h / 4.0 * unit)) / (h / 2.0)  # type: ignore[operator]
-            coarse, fine = (4.0 * two - one) / 3.0, (4.0 * four - two) / 3.0
-            estimate, off = (16.0 * fine - coarse) / 15.0, np.abs(fine - coarse)
-            better = off < spread[..., k]
-            best[..., k] = np.where(better, estimate, best[..., k])
-            spread[..., k] = np.where(better, off, spread[..., k])
-    return best, spread
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(0, 4))
 def test_indices_have_gradient_and_hessian(seed: int, which: int) -> None:
@@ -125,12 +101,10 @@ def test_indices_have_gradient_and_hessian(seed: int, which: int) -> None:
     value, gradient, hessian = index.evaluate(robot, q, order=2)
     if which == 0:
         assert value == pytest.approx(np.sqrt((sigma**2).sum() * (sigma**-2).sum()) / 3.0, rel=1e-12)
-    first, off = differences(lambda x: np.array(index.evaluate(robot, x, order=0)), q, ())
-    np.testing.assert_allclose(gradient, first, atol=float(1e-8 + 10.0 * off.max()), rtol=1e-7)
-    second, off = differences(lambda x: index.evaluate(robot, x, order=1)[1], q, (robot.n,))
-    np.testing.assert_allclose(hessian, second, atol=float(1e-6 + 10.0 * off.max()), rtol=1e-6)
+    assert sweep(lambda x: index.evaluate(robot, x, order=0), q, gradient) < 1e-7
+    assert sweep(lambda x: index.evaluate(robot, x, order=1)[1], q, hessian) < 1e-7
     np.testing.assert_allclose(hessian, hessian.T)
-    batch = index.evaluate(robot, np.stack([q, q + 0.1]), order=1)
+    batch = index.evaluate_many(robot, np.stack([q, q + 0.1]), order=1)
     assert batch[0][0] == value
     np.testing.assert_array_equal(batch[1][0], gradient)
 
@@ -146,10 +120,14 @@ def test_a_full_row_index_against_the_singular_values() -> None:
     scaled[:3] *= 0.4
     sigma = np.linalg.svd(scaled, compute_uv=False)
     assert value == pytest.approx(np.sqrt((sigma**2).sum() * (sigma**-2).sum()) / 6.0, rel=1e-12)
-    second, off = differences(lambda x: index.evaluate(robot, x, order=1)[1], q, (robot.n,))
-    np.testing.assert_allclose(hessian, second, rtol=1e-6, atol=float(1e-6 * np.abs(hessian).max() + 10.0 * off.max()))
-    with_length = index.evaluate(robot, q, order=2, with_length=True)
-    np.testing.assert_allclose(with_length[1][:-1], gradient)
+    assert sweep(lambda x: index.evaluate(robot, x, order=1)[1], q, hessian) < 1e-6
+    _, slopes, curvature = index.evaluate(robot, q, order=2, with_length=True)
+    np.testing.assert_allclose(slopes[:-1], gradient)
+
+    def at_length(length: F64) -> F64:
+        return np.asarray(index.with_length(float(length[0])).evaluate(robot, q, order=1)[1])
+
+    assert sweep(at_length, np.array([0.4]), curvature[-1:, :-1].T) < 1e-7
 
 
 @pytest.fixture
@@ -184,7 +162,7 @@ def test_limits_of_a_joint_tighten_those_of_its_driver(finger: Path) -> None:
 
 
 def test_a_driver_beside_the_chain(tmp_path: Path) -> None:
-    """Two fingers of which one is followed by the other: the coordinate of the second finger's chain is the first finger's joint."""
+    """A finger whose joints follow one of another finger: that joint is the coordinate."""
     pin = pytest.importorskip("pinocchio")
     file = tmp_path / "gripper.urdf"
     file.write_text(
@@ -243,9 +221,11 @@ def arm() -> rd.Robot:
     panda = rd.robots.get("panda")
     dh = panda.dh
     assert dh is not None
-    columns = {key: np.array(dh[key]) for key in ("a", "d", "alpha", "theta")}
     return rd.Robot.from_dh(
-        **columns,
+        dh["a"],
+        dh["d"],
+        dh["alpha"],
+        dh["theta"],
         convention="modified",
         tool=panda.tool,
         q_min=panda.q_min,
@@ -261,22 +241,22 @@ def test_solvers_reach_poses(kind: str) -> None:
     assert robot.n == 6
     task = rd.Task.axisymmetric()
     index = rd.ConditionNumber(0.3)
-    solver = {
-        "sqp": lambda: rd.OrthogonalSQP(robot, task, index),
-        "qp": lambda: rd.QuadraticProgram(robot, task, index),
-        "rate": lambda: rd.GradientProjection(robot, task, index),
-    }[kind]()
+    solvers: dict[str, Solver] = {
+        "sqp": rd.OrthogonalSQP(robot, task, index),
+        "qp": rd.QuadraticProgram(robot, task, index),
+        "rate": rd.GradientProjection(robot, task, index),
+    }
     q0 = robot.middle
     goal = robot.fk(q0 + 0.2 * np.array([1.0, -1.0, 0.5, 1.0, -0.5, 1.0]))
     path = rd.Toolpath(np.linspace(robot.fk(q0)[:3, 3], goal[:3, 3], 12), np.tile(goal[:3, 2], (12, 1)))
-    trajectory = rd.follow(solver, path, q0=q0)
+    trajectory = rd.follow(solvers[kind], path, q0=q0)
     assert trajectory.unreachable == []
     for q, position in zip(trajectory.q, path.position, strict=True):
         np.testing.assert_allclose(robot.fk(q)[:3, 3], position, atol=1e-5)
 
 
 def test_the_optimum_is_that_of_the_chain_under_a_constraint() -> None:
-    """Where the SQP rests, the gradient along the task's free motion is zero, by the singular value decomposition of its Jacobian."""
+    """Where the SQP rests, the gradient along the task's free motion is zero."""
     robot = arm()
     task, index = rd.Task.axisymmetric(), rd.ConditionNumber(0.3)
     found = rd.OrthogonalSQP(robot.with_limits([-INF] * 6, [INF] * 6), task, index)
@@ -350,7 +330,7 @@ def test_a_tick_moves_a_frame_on_a_link() -> None:
         ({0: 1}, "driver, factor, offset"),
     ],
 )
-def test_what_is_refused(mimic: dict[int, object], match: str) -> None:
+def test_what_is_refused(mimic: Any, match: str) -> None:
     with pytest.raises(rd.RedundancyError, match=match):
         rd.Robot.from_links(np.tile(np.eye(4), (3, 1, 1)), np.eye(4), "RRR", mimic=mimic)
 

@@ -22,7 +22,7 @@ def checked_joints(joints: str) -> Joints:
 
 
 def kinds_of(robot: Robot, joints: Joints) -> str:
-    """Return one letter a joint, "R" or "P": the controller's are of the kind of the robot's joint that moves them most."""
+    """Return one letter a joint, "R" or "P": the controller's are of the kind of what moves them most."""
     if joints == "robot":
         return robot.joints
     return "".join(robot.joints[k] for k in np.abs(robot.controller.matrix).argmax(axis=1))

@@ -342,8 +342,11 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-TABLES: Final[dict[str, Callable[[Written, Joints], str]]] = {".csv": to_csv, ".json": to_json}
-FORMATS: Final = (*TABLES, ".pathx")
+FORMATS: Final[dict[str, Callable[[Written, str, Joints], str]]] = {
+    ".csv": lambda trajectory, _, joints: to_csv(trajectory, joints),
+    ".json": lambda trajectory, _, joints: to_json(trajectory, joints),
+    ".pathx": lambda trajectory, frame, _: to_pathx(trajectory, frame),
+}
 
 
 def formatted(trajectory: Written, file: Path, frame: str, joints: str = "robot") -> str:
@@ -380,4 +383,4 @@ def formatted(trajectory: Written, file: Path, frame: str, joints: str = "robot"
     whose = checked_joints(joints)
     if poses and whose != "robot":
         raise InvalidValueError(f"joints is {joints!r}, expected 'robot' for a {ending} file, which has poses alone")
-    return to_pathx(trajectory, frame) if poses else TABLES[ending](trajectory, whose)
+    return FORMATS[ending](trajectory, frame, whose)

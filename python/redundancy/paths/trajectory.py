@@ -134,8 +134,8 @@ class Trajectory:
         file : path-like
             ``.json`` or, with any other ending, CSV.
         robot : Robot, optional
-            Whose trajectory it is; if not given, the packaged robot that the file names, as ``.json`` does. Joints of the
-            controller become the robot's by `Robot.controller`.
+            Whose trajectory it is; if not given, the packaged robot that the file names, as ``.json`` does. Joints of
+            the controller become the robot's by `Robot.controller`.
 
         Returns
         -------

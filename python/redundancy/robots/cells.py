@@ -102,7 +102,7 @@ def _with_first_joint(
         letter + robot.chain,
         tool=robot.tool,
         name=f"{robot.name} {how}",
-        mimic={i + 1: (driver + 1, *rest) for i, (driver, *rest) in robot.mimic.items()} or None,
+        mimic={i + 1: (driver + 1, factor, offset) for i, (driver, factor, offset) in robot.mimic.items()} or None,
     ).with_limits(
         q_min=np.concatenate([[low], robot.q_min]),
         q_max=np.concatenate([[high], robot.q_max]),
