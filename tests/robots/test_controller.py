@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 import redundancy as rd
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from redundancy.cli import main
 
 from tests.reference.files import DATA
 
@@ -263,3 +265,33 @@ def test_pictures_of_the_controllers_joints(trajectory: rd.Trajectory) -> None:
     labels = [text.get_text() for text in legend.get_texts()]
     # Joint 3 has no limits of its own there.
     assert labels == ["J1", "J2", "J4", "J5", "J6"]
+
+
+def test_command_line_speaks_the_controllers_joints(tmp_path: Path) -> None:
+    """Forearm level and upper arm 30 deg forward on the pendant: the wrist goes by the upper arm alone."""
+    arguments = ["posture", "fanuc_m710ic50", "--controller", "--q", "0,30,0,0,0,0"]
+    run = CliRunner(env={"COLUMNS": "200"}).invoke(main, arguments)
+    assert run.exit_code == 0
+    x = 150.0 + 870.0 * np.sin(np.deg2rad(30.0)) + 1016.0 + 175.0
+    z = 870.0 * np.cos(np.deg2rad(30.0)) + 170.0
+    assert f"{x:.3f}, 0.000, {z:.3f} mm" in run.stdout
+    assert "0.0000, 30.0000, 0.0000, 0.0000, 0.0000, 0.0000 deg" in run.stdout
+    job = tmp_path / "job.toml"
+    job.write_text(
+        """robot = "fanuc_m710ic50"
+[objective]
+length_mm = 500
+[path.helix]
+radius_mm = 100
+pitch_mm_per_rad = 10
+start_deg = 0
+stop_deg = 20
+center_mm = [1000, 0, 300]
+points = 3
+[output]
+joints = "controller"
+"""
+    )
+    run = CliRunner().invoke(main, ["solve", str(job), "--out", str(tmp_path / "out"), "--no-pictures"])
+    assert run.exit_code == 0, run.stderr
+    assert "J3_deg" in (tmp_path / "out" / "trajectory.csv").read_text()

@@ -282,6 +282,43 @@ def test_closed_forms_want_free_joints() -> None:
     assert planned.n == 6
 
 
+def lift() -> rd.Robot:
+    """An arm on a lift of two stages, of which the second follows the first."""
+    ur5e = rd.robots.get("ur5e")
+    links = np.concatenate([np.tile(np.eye(4), (2, 1, 1)), ur5e.links])
+    robot = rd.Robot.from_links(links, ur5e.flange, "PP" + ur5e.joints, mimic={1: (0, 1.0, 0.0)})
+    limits = (("q_min", 0.0), ("q_max", 0.3), ("qd_max", 0.1))
+    return robot.with_limits(**{key: np.concatenate([[end], getattr(ur5e, key)]) for key, end in limits})
+
+
+def test_a_plan_moves_both_stages_of_a_lift() -> None:
+    robot, ur5e = lift(), rd.robots.get("ur5e")
+    assert robot.joints == "PRRRRRR"
+    path = rd.Toolpath(np.linspace([0.5, -0.2, 0.5], [0.5, 0.2, 0.7], 9), np.tile([1.0, 0.0, 0.0], (9, 1)))
+    settings: dict[str, Any] = {"n_angles": 12, "layers": 5, "n_spare": 4, "progress": False}
+    planned = rd.plan(robot, path, rd.Task.axisymmetric(), rd.ConditionNumber(0.3, squared=True), **settings)
+    assert planned.failure is None
+    assert planned.refined
+    assert (planned.margins >= 0.0).all()
+    for q, point, axis in zip(planned.q, path.position, path.axis, strict=True):
+        tool = ur5e.fk(q[1:])
+        np.testing.assert_allclose(tool[:3, 3] + [0.0, 0.0, 2.0 * q[0]], point, atol=1e-8)
+        np.testing.assert_allclose(tool[:3, 2], axis, atol=1e-8)
+
+
+def test_postures_with_the_driver_held() -> None:
+    """Those of the arm alone, twice the height of a stage lower."""
+    robot, ur5e = lift(), rd.robots.get("ur5e")
+    pose = ur5e.fk([0.3, -1.2, 1.5, -0.6, 0.8, 0.2])
+    raised = pose.copy()
+    raised[2, 3] += 2.0 * 0.11
+    found, alone = robot.inverse(raised, fixed={0: 0.11}), ur5e.inverse(pose)
+    np.testing.assert_array_equal(found[:, 0], 0.11)
+    assert len(found) == len(alone)
+    for q in alone:
+        assert np.abs(found[:, 1:] - q).max(axis=1).min() < 1e-9
+
+
 def test_a_part_of_a_turn_is_no_whole_turn() -> None:
     links = np.tile(np.eye(4), (3, 1, 1))
     robot = rd.Robot.from_links(links, np.eye(4), "RRR", mimic={1: (0, 0.5, 0.0)})
