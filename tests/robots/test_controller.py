@@ -286,7 +286,8 @@ radius_mm = 100
 pitch_mm_per_rad = 10
 start_deg = 0
 stop_deg = 20
-center_mm = [1000, 0, 300]
+center_mm = [900, 0, 0]
+offset_deg = 180
 points = 3
 [output]
 joints = "controller"
