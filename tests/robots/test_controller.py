@@ -296,3 +296,72 @@ joints = "controller"
     run = CliRunner().invoke(main, ["solve", str(job), "--out", str(tmp_path / "out"), "--no-pictures"])
     assert run.exit_code == 0, run.stderr
     assert "J3_deg" in (tmp_path / "out" / "trajectory.csv").read_text()
+
+
+FILE = """name = "two"
+joints = "RPR"
+[units]
+length = "mm"
+angle = "deg"
+[dh]
+a = [500, 0, 300]
+d = [0, 0, 0]
+alpha = [0, 90, 0]
+theta = [0, 0, 0]
+[limits]
+q_min = [-90, 0, -inf]
+q_max = [90, 200, inf]
+[[mimic]]
+joint = 3
+driver = 1
+factor = -0.5
+offset = 30
+[controller]
+names = ["A", "B"]
+signs = [-1, 1]
+coupling = [[2, 1, 0.25]]
+offset = [90, 100]
+"""
+
+
+def test_a_file_with_both(tmp_path: Path) -> None:
+    file = tmp_path / "two.toml"
+    file.write_text(FILE)
+    robot = rd.robots.load(file)
+    assert (robot.n, robot.joints, robot.chain) == (2, "RP", "RPR")
+    assert robot.mimic == {2: (0, -0.5, np.deg2rad(30.0))}
+    np.testing.assert_array_equal(robot.q_max, [np.pi / 2.0, 0.2])
+    np.testing.assert_allclose(robot.controller.offset, [np.pi / 2.0, 0.1])
+    np.testing.assert_array_equal(robot.controller.matrix, [[-1.0, 0.0], [0.25, 1.0]])
+    assert robot.controller.names == ["A", "B"]
+    again = tmp_path / "again.toml"
+    rd.robots.save(robot, again)
+    assert rd.robots.load(again) == robot
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (("driver = 1", "driver = 4"), r"mimic\[0\]\.driver: got 4, expected a joint from 1 to 3"),
+        (("driver = 1", "drivers = 1"), "did you mean driver"),
+        (("driver = 1", ""), r"mimic\[0\]\.driver: got nothing"),
+        (("driver = 1", "driver = 3"), "mimics itself"),
+        (("[[mimic]]", "[mimic]"), "mimic: .*array of tables"),
+        (("factor = -0.5", "factor = nan"), "finite number"),
+        (('["A", "B"]', '["A", 2]'), r"controller\.names"),
+        (('["A", "B"]', '["A"]'), "2 different names"),
+        (("[-1, 1]", "[-1, 1, 1]"), r"controller\.signs"),
+        (("[-1, 1]", "[-1, 2]"), "1 or -1"),
+        (("[[2, 1, 0.25]]", "[[2, 1]]"), r"controller\.coupling"),
+        (("[[2, 1, 0.25]]", "[[2, 1.5, 0.25]]"), r"controller\.coupling"),
+        (("[[2, 1, 0.25]]", "3"), r"controller\.coupling"),
+        (("coupling =", "couplings ="), "did you mean coupling"),
+        (("coupling = [[2, 1, 0.25]]", "matrix = [[1, 1], [1, 1]]"), "matrix or its parts"),
+    ],
+)
+def test_a_malformed_file_is_named(tmp_path: Path, change: tuple[str, str], match: str) -> None:
+    file = tmp_path / "two.toml"
+    file.write_text(FILE.replace(*change))
+    with pytest.raises(rd.ModelError, match=match) as caught:
+        rd.robots.load(file)
+    assert str(file) in str(caught.value)

@@ -155,6 +155,45 @@ def test_urdf_mimic_as_pinocchio_has_it(finger: Path) -> None:
         np.testing.assert_allclose(robot.jacobian(q), columns.reshape(6, 1)[[3, 4, 5, 0, 1, 2]], atol=1e-13)
 
 
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6))
+def test_random_urdfs_as_pinocchio_has_them(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
+    """FK and J; pinocchio's mimic joints come after the joint that they follow, and are of its kind."""
+    pin = pytest.importorskip("pinocchio")
+    rng = np.random.default_rng(seed)
+    m = int(rng.integers(2, 9))
+    kinds = rng.choice(["revolute", "prismatic"], m, p=[0.7, 0.3])
+    text, free = ['<robot name="r"><link name="l0"/>'], list[int]()
+    for i, kind in enumerate(kinds):
+        same = [k for k in free if kinds[k] == kind]
+        follows = bool(same) and bool(rng.random() < 0.5)
+        xyz, rpy = rng.uniform(-0.4, 0.4, 3), rng.uniform(-3.0, 3.0, 3)
+        axis = np.eye(3)[rng.integers(3)] if rng.random() < 0.5 else rng.normal(size=3)
+        text.append(
+            f'<link name="l{i + 1}"/><joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>'
+            f'<origin xyz="{" ".join(map(repr, xyz.tolist()))}" rpy="{" ".join(map(repr, rpy.tolist()))}"/>'
+            f'<axis xyz="{" ".join(map(repr, (axis / np.linalg.norm(axis)).tolist()))}"/>'
+            '<limit lower="-9" upper="9" velocity="1" effort="1"/>'
+        )
+        if follows:
+            factor, offset = rng.uniform(-2.0, 2.0), rng.normal()
+            text.append(f'<mimic joint="j{rng.choice(same)}" multiplier="{factor!r}" offset="{offset!r}"/>')
+        else:
+            free.append(i)
+        text.append("</joint>")
+    file = tmp_path_factory.mktemp("urdf") / "r.urdf"
+    file.write_text("".join(text) + "</robot>")
+    robot = rd.Robot.from_urdf(file)
+    model = pin.buildModelFromUrdf(str(file), mimic=True)
+    data, tip = model.createData(), model.getFrameId(f"l{m}")
+    assert robot.n == model.nq == len(free)
+    q = rng.uniform(-2.0, 2.0, robot.n)
+    pin.framesForwardKinematics(model, data, q)
+    np.testing.assert_allclose(robot.fk(q), data.oMf[tip].homogeneous, atol=1e-12)
+    columns = pin.computeFrameJacobian(model, data, q, tip, pin.LOCAL_WORLD_ALIGNED).reshape(6, -1)
+    np.testing.assert_allclose(robot.jacobian(q), columns[[3, 4, 5, 0, 1, 2]], atol=1e-12)
+
+
 def test_limits_of_a_joint_tighten_those_of_its_driver(finger: Path) -> None:
     """-0.8 q + 0.1 >= -0.7 holds up to q = 1; a speed of 4 of the second joint is 5 of the first."""
     robot = rd.Robot.from_urdf(finger)
@@ -376,3 +415,9 @@ def test_capacity_counts_the_joints_of_the_chain() -> None:
     mimic = {i: (0, 1.0, 0.0) for i in range(1, 17)}
     with pytest.raises(rd.InvalidValueError, match="1 to 16, those that mimic others included"):
         rd.Robot.from_links(np.tile(np.eye(4), (17, 1, 1)), np.eye(4), "R" * 17, mimic=mimic)
+
+
+def test_rows_in_use_are_those_of_the_chain() -> None:
+    planar = rd.Robot.from_dh([1.0, 0.7, 0.4], [0.0] * 3, [0.0] * 3, [0.0] * 3, mimic={2: (1, -0.6, 0.2)})
+    assert planar.rows_in_use() == [2, 3, 4]
+    assert rd.Task.position().redundancy(planar) == (0, -1, -1)

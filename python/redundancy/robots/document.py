@@ -148,9 +148,8 @@ def _controller(table: Table, robot: Robot, units: Units) -> dict[str, Any]:
         if key in table:
             given[key] = table.array(key, shape)
     if "coupling" in table:
-        entries = (
-            table.array("coupling", (len(table.data["coupling"]), 3)) if table.data["coupling"] else np.empty((0, 3))
-        )
+        rows = table.data["coupling"]
+        entries = table.array("coupling", (len(rows) if isinstance(rows, list) else 1, 3))
         if not all(float(x).is_integer() and 1 <= x <= n for x in entries[:, :2].ravel()):
             raise table.error("coupling", f"[joint, with, factor] with joints from 1 to {n}")
         given["coupling"] = {(int(i) - 1, int(k) - 1): float(factor) for i, k, factor in entries}
