@@ -46,7 +46,8 @@ impl PyController {
     }
 
     /// The controller's joints from the robot's.
-    fn from_robot<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+    #[pyo3(name = "from_robot")]
+    fn of_robot<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
         self.mapped(py, q, Controller::from_robot)
     }
 
