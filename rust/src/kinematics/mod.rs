@@ -54,12 +54,15 @@ fn tool<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
 /// Writes the tool frame in the base frame as a homogeneous matrix by rows, shape (4, 4).
 pub fn forward_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
     fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64; 16]) {
-        sized::forward::<C>(robot, q).write_matrix(out);
+        sized::forward_of::<C, f64>(robot, q).write_matrix(out);
     }
     check_length("q", q, robot.n())?;
     check_length("out", out, 16)?;
     if let Ok(out) = out.try_into() {
-        with_capacity!(q.len(), kernel(robot, q, out));
+        match robot.coupling() {
+            None => with_capacity!(q.len(), kernel(robot, q, out)),
+            Some(coupling) => coupled::forward(robot, coupling, q).write_matrix(out),
+        }
     }
     Ok(())
 }
@@ -73,10 +76,13 @@ pub fn jacobian<'r>(robot: &'r Robot, q: &[f64]) -> Result<(Frame, Jacobian<'r>)
 /// Writes the Jacobian by rows, shape (6, n).
 pub fn jacobian_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
     fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-        sized::jacobian::<C>(robot, q).1.write(out);
+        sized::jacobian_of::<C, f64>(robot, q).1.write(out);
     }
     check(robot, q, 1, out)?;
-    with_capacity!(q.len(), kernel(robot, q, out));
+    match robot.coupling() {
+        None => with_capacity!(q.len(), kernel(robot, q, out)),
+        Some(coupling) => coupled::jacobian::<MAX_JOINTS>(robot, coupling, q).1.write(out),
+    }
     Ok(())
 }
 

@@ -3,7 +3,6 @@
 use super::Robot;
 use crate::error::{Error, Result, check_vector};
 use crate::linalg::MAX_JOINTS;
-use crate::linalg::lu::Lu;
 
 /// Entries of `matrix inverse` this far from those of the identity tell that there is no inverse.
 const SINGULAR: f64 = 1e-9;
@@ -21,13 +20,21 @@ pub struct Controller {
 impl Controller {
     /// The same coordinates, called J1, J2, ...
     pub fn identity(n: usize) -> Self {
-        let matrix: Vec<f64> = (0..n * n).map(|k| if k % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
+        let matrix = Self::unit(n);
         Self { inverse: matrix.clone(), matrix, offset: vec![0.0; n], names: default_names(n) }
+    }
+
+    /// The identity by rows.
+    fn unit(n: usize) -> Vec<f64> {
+        (0..n * n).map(|k| if k % (n + 1) == 0 { 1.0 } else { 0.0 }).collect()
     }
 
     /// From the matrix by rows, the offset [rad or m] and names; J1, J2, ... without.
     pub fn new(matrix: Vec<f64>, offset: Vec<f64>, names: Option<Vec<String>>) -> Result<Self> {
         let n = offset.len();
+        if n == 0 || n > MAX_JOINTS {
+            return Err(Error::value("number of joints", n, &format!("1 to {MAX_JOINTS}")));
+        }
         check_vector("matrix", &matrix, n * n)?;
         check_vector("offset", &offset, n)?;
         let names = names.unwrap_or_else(|| default_names(n));
@@ -106,21 +113,29 @@ fn multiply(matrix: &[f64], x: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The inverse of a matrix by rows, if it has one.
+/// The inverse of a matrix by rows, if it has one: Gauss and Jordan's, by the largest pivots of columns.
 fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    if n == 0 || n > MAX_JOINTS {
-        return None;
-    }
-    let identity = |i: usize, k: usize| if i == k { 1.0 } else { 0.0 };
-    let padded = std::array::from_fn(|i| std::array::from_fn(|k| if i < n && k < n { matrix[i * n + k] } else { identity(i, k) }));
-    let lu = Lu::<MAX_JOINTS>::new(padded);
-    let mut inverse = vec![0.0; n * n];
+    let mut a = matrix.to_vec();
+    let mut inverse = Controller::unit(n);
     for k in 0..n {
-        let column = lu.solve(&std::array::from_fn(|i| identity(i, k)), 0.0);
-        (0..n).for_each(|i| inverse[i * n + k] = column[i]);
+        let pivot = (k..n).max_by(|i, j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs()))?;
+        for half in [&mut a, &mut inverse] {
+            (0..n).for_each(|c| half.swap(pivot * n + c, k * n + c));
+        }
+        let scale = 1.0 / a[k * n + k];
+        for half in [&mut a, &mut inverse] {
+            half[k * n..(k + 1) * n].iter_mut().for_each(|x| *x *= scale);
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = a[i * n + k];
+            for half in [&mut a, &mut inverse] {
+                (0..n).for_each(|c| half[i * n + c] -= factor * half[k * n + c]);
+            }
+        }
     }
     let product = |i: usize, k: usize| (0..n).map(|l| matrix[i * n + l] * inverse[l * n + k]).sum::<f64>();
-    (0..n * n).all(|j| (product(j / n, j % n) - identity(j / n, j % n)).abs() <= SINGULAR).then_some(inverse)
+    let identity = Controller::unit(n);
+    (0..n * n).all(|j| (product(j / n, j % n) - identity[j]).abs() <= SINGULAR).then_some(inverse)
 }
 
 impl Robot {
