@@ -3,9 +3,9 @@
 //! With joints `theta = M q + o`, columns of the Jacobian, gradients and Hessians in theta become those in q by `M`. One capacity for all, and slices: no
 //! size of robot has machine code of its own for this.
 
-use super::derivatives::{bending_free, derivative_column, jacobian_rate_free, second};
+use super::derivatives::{bending, derivative_column, jacobian_rate, second};
 use super::forward::{Jacobian, sweep};
-use super::pullback::{pull_back_of, pull_back_second_free};
+use super::pullback::{pull_back_of, pull_back_second};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, scale};
 use crate::linalg::{MAX_JOINTS, Row6};
@@ -93,7 +93,6 @@ fn gather_square(coupling: &Coupling, h: &[[f64; MAX_JOINTS]; MAX_JOINTS], out: 
     }
 }
 
-#[cold]
 #[inline(never)]
 fn add_pulled(coupling: &Coupling, joints: &Chain, y: &[Row6], gradient: &mut [f64]) {
     let pulled = pull_back_of(joints, &by_joints(coupling, y));
@@ -102,11 +101,10 @@ fn add_pulled(coupling: &Coupling, joints: &Chain, y: &[Row6], gradient: &mut [f
     }
 }
 
-#[cold]
 #[inline(never)]
 fn add_pulled_second(coupling: &Coupling, joints: &Chain, y: &[Row6], hessian: &mut [f64], length: usize) {
     let mut pulled = [[0.0; MAX_JOINTS]; MAX_JOINTS];
-    pull_back_second_free(joints, &by_joints(coupling, y), &mut pulled);
+    pull_back_second(joints, &by_joints(coupling, y), &mut pulled);
     for k in 0..MAX_JOINTS {
         for l in 0..k {
             pulled[k][l] = pulled[l][k];
@@ -115,7 +113,6 @@ fn add_pulled_second(coupling: &Coupling, joints: &Chain, y: &[Row6], hessian: &
     gather_square(coupling, &pulled, hessian, length);
 }
 
-#[cold]
 #[inline(never)]
 fn add_derivative(coupling: &Coupling, joints: &Chain, k: usize, out: &mut [Row6]) {
     let follows = coupling.follows();
@@ -129,7 +126,6 @@ fn add_derivative(coupling: &Coupling, joints: &Chain, k: usize, out: &mut [Row6
     }
 }
 
-#[cold]
 #[inline(never)]
 fn write_second(coupling: &Coupling, joints: &Chain, n: usize, out: &mut [f64]) {
     out.fill(0.0);
@@ -151,12 +147,14 @@ impl<const C: usize> Coupled<'_, C> {
         self.held |= 1 << coordinate;
     }
 
-    /// The Jacobian of the chain.
+    /// The Jacobian of the chain, whose joints follow no others.
     fn joints(&self) -> Chain {
         chain(self.robot, self.coupling, &self.q[..self.robot.n()], self.held).1
     }
 
     /// As [`super::pullback::pull_back`].
+    #[cold]
+    #[inline(never)]
     pub fn pull_back(&self, y: &[Row6; C]) -> [f64; C] {
         let mut gradient = [0.0; C];
         add_pulled(self.coupling, &self.joints(), y, &mut gradient);
@@ -164,11 +162,15 @@ impl<const C: usize> Coupled<'_, C> {
     }
 
     /// As [`super::pullback::pull_back_second`].
+    #[cold]
+    #[inline(never)]
     pub fn pull_back_second(&self, y: &[Row6; C], hessian: &mut [[f64; C]; C]) {
         add_pulled_second(self.coupling, &self.joints(), y, hessian.as_flattened_mut(), C);
     }
 
     /// The derivative of every column with respect to a coordinate.
+    #[cold]
+    #[inline(never)]
     pub fn derivative(&self, k: usize) -> [Row6; C] {
         let mut out = [[0.0; 6]; C];
         add_derivative(self.coupling, &self.joints(), k, &mut out);
@@ -184,7 +186,7 @@ impl<const C: usize> Coupled<'_, C> {
     #[cold]
     #[inline(never)]
     pub fn jacobian_rate(&self, rates: &[f64]) -> Jacobian<'static, C> {
-        let rate = jacobian_rate_free(&self.joints(), &spread(self.coupling, rates));
+        let rate = jacobian_rate(&self.joints(), &spread(self.coupling, rates));
         let mut out = Jacobian::zero(self.robot.n());
         gather(self.coupling, &rate, &mut out.w, &mut out.v);
         out
@@ -195,7 +197,7 @@ impl<const C: usize> Coupled<'_, C> {
     #[inline(never)]
     pub fn bending(&self, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
         let mut out = [[0.0; C]; C];
-        gather_square(self.coupling, &bending_free(&self.joints(), moment, force), out.as_flattened_mut(), C);
+        gather_square(self.coupling, &bending(&self.joints(), moment, force), out.as_flattened_mut(), C);
         out
     }
 }

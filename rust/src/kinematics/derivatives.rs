@@ -73,16 +73,10 @@ pub fn second_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]
 }
 
 /// The time derivative of every column of J at joint rates `rates`, by running sums (no dJ/dq is formed).
-#[inline]
 pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> Jacobian<'static, C> {
-    match jacobian.coupled() {
-        None => jacobian_rate_free(jacobian, rates),
-        Some(coupled) => coupled.jacobian_rate(rates),
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.jacobian_rate(rates);
     }
-}
-
-/// The same of joints that follow no others.
-pub(super) fn jacobian_rate_free<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> Jacobian<'static, C> {
     let n = jacobian.n();
     let mut rate = Jacobian::zero(n);
     let mut turning = [0.0; 3]; // sum of w_k qd_k over k < i
@@ -101,17 +95,11 @@ pub(super) fn jacobian_rate_free<const C: usize>(jacobian: &Jacobian<C>, rates: 
 }
 
 /// The second derivative of the work of a wrench [moment; force] at the tool point, `[i][k] = f . (dJ_i/dq_k + dJ_k/dq_i) / 2`.
-#[inline]
-pub fn bending<const C: usize>(jacobian: &Jacobian<C>, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
-    match jacobian.coupled() {
-        None => bending_free(jacobian, moment, force),
-        Some(coupled) => coupled.bending(moment, force),
-    }
-}
-
-/// The same of joints that follow no others.
 #[inline(never)]
-pub(super) fn bending_free<const C: usize>(jacobian: &Jacobian<C>, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
+pub fn bending<const C: usize>(jacobian: &Jacobian<C>, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.bending(moment, force);
+    }
     let n = jacobian.n();
     let mut out = [[0.0; C]; C];
     for k in 0..n {

@@ -130,6 +130,7 @@ pub fn joint_frames(robot: &Robot, q: &[f64]) -> [Frame; MAX_JOINTS] {
     }
 }
 
+#[inline(never)]
 fn frames_of(links: &[Frame], joints: &[Joint], q: &[f64]) -> [Frame; MAX_JOINTS] {
     let (sines, cosines) = <f64 as Real>::sin_cos::<MAX_JOINTS>(q, joints.len());
     let mut frames = [Frame::IDENTITY; MAX_JOINTS];

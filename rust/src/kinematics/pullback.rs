@@ -71,15 +71,9 @@ pub fn pull_back_of<const C: usize, T: Real>(jacobian: &Jacobian<C, T>, y: &[Row
 /// `(sum y_v x w_i) . (w_k x v_l)`.
 #[inline(always)]
 pub fn pull_back_second<const C: usize>(jacobian: &Jacobian<C>, y: &[Row6; C], hessian: &mut [[f64; C]; C]) {
-    match jacobian.coupled() {
-        None => pull_back_second_free(jacobian, y, hessian),
-        Some(coupled) => coupled.pull_back_second(y, hessian),
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.pull_back_second(y, hessian);
     }
-}
-
-/// The same of joints that follow no others.
-#[inline(always)]
-pub(super) fn pull_back_second_free<const C: usize>(jacobian: &Jacobian<C>, y: &[Row6; C], hessian: &mut [[f64; C]; C]) {
     let n = jacobian.n();
     let (w, v) = (&jacobian.w, &jacobian.v);
 
