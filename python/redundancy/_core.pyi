@@ -15,6 +15,7 @@ __all__ = [
     "Body",
     "ConditionNumber",
     "Constraint",
+    "Controller",
     "CustomIndex",
     "Elimination",
     "FrameTask",
@@ -104,6 +105,20 @@ class QPSolution(NamedTuple):
     changes: int
 
 @final
+class Controller:
+    @property
+    def matrix(self) -> _F64: ...
+    @property
+    def offset(self) -> _F64: ...
+    @property
+    def names(self) -> list[str]: ...
+    def from_robot(self, q: ArrayLike) -> _F64: ...
+    def to_robot(self, p: ArrayLike) -> _F64: ...
+    def rates_from_robot(self, qd: ArrayLike) -> _F64: ...
+    def rates_to_robot(self, pd: ArrayLike) -> _F64: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class Robot:
     @staticmethod
     def from_dh(
@@ -121,6 +136,7 @@ class Robot:
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
         joint_names: Sequence[str] | None = None,
+        mimic: Mapping[int, tuple[int, float, float]] | None = None,
     ) -> Robot: ...
     @staticmethod
     def from_urdf(
@@ -143,6 +159,7 @@ class Robot:
         qdd_max: ArrayLike | None = None,
         name: str = "robot",
         joint_names: Sequence[str] | None = None,
+        mimic: Mapping[int, tuple[int, float, float]] | None = None,
     ) -> Robot: ...
     @property
     def n(self) -> int: ...
@@ -153,6 +170,24 @@ class Robot:
     @property
     def joint_names(self) -> tuple[str, ...]: ...
     def joint_label(self, joint: int) -> str: ...
+    @property
+    def chain(self) -> str: ...
+    @property
+    def mimic(self) -> dict[int, tuple[int, float, float]]: ...
+    @property
+    def coordinates(self) -> list[int]: ...
+    @property
+    def periodic(self) -> NDArray[np.bool_]: ...
+    @property
+    def controller(self) -> Controller: ...
+    def with_controller(
+        self,
+        matrix: ArrayLike | None = None,
+        offset: ArrayLike | None = None,
+        signs: ArrayLike | None = None,
+        coupling: Mapping[tuple[int, int], float] | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Robot: ...
     @property
     def q_min(self) -> _F64: ...
     @property

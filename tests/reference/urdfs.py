@@ -87,4 +87,11 @@ FILES: dict[str, bytes] = {
         joint("loose", "a", "c", "", "floating"),
     ).encode(),
     "fingers": robot(*FINGERS).encode(),
+    "mimics of mimics": robot(
+        links("a b c d e"),
+        joint("one", "a", "b", f'<axis xyz="0 1 0"/><mimic joint="two" multiplier="-2" offset="0.1"/>{LIMIT}'),
+        joint("two", "b", "c", f'<origin xyz="0 0 1"/><mimic joint="four" multiplier="0.5"/>{LIMIT}'),
+        joint("three", "c", "d", f'<origin xyz="0 0 1"/><axis xyz="0 0 1"/>{LIMIT}'),
+        joint("four", "a", "e", f'<axis xyz="1 0 0"/>{LIMIT}', "prismatic"),
+    ).encode(),
 }

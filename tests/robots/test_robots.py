@@ -16,6 +16,8 @@ KINDS = {
     "abb_irb120": "RRRRRR",
     "abb_irb2400": "RRRRRR",
     "baxter_left": "RRRRRRR",
+    "fanuc_crx10ia": "RRRRRR",
+    "fanuc_crx10ia_l": "RRRRRR",
     "fanuc_m16ib": "RRRRRR",
     "fanuc_m710ic50": "RRRRRR",
     "fanuc_m710ic50_milling": "RRRRRR",
@@ -46,6 +48,8 @@ LIMITS = {
     ("kuka_iiwa14", 0): (-170.0, 170.0),
     ("kuka_iiwa14", 6): (-175.0, 175.0),
     ("ur5e", 0): (-360.0, 360.0),
+    ("fanuc_crx10ia", 0): (-190.0, 190.0),
+    ("fanuc_crx10ia_l", 5): (-225.0, 225.0),
 }
 
 

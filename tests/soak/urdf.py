@@ -57,9 +57,14 @@ class Tree:
         links = [link.attrib["name"] for link in root.findall("link")]
         return cls(joints, above, [link for link in links if link not in parents])
 
-    def follows(self, name: str) -> bool:
-        """Tell whether a joint mimics another."""
-        return self.joints[name].find("mimic") is not None
+    def driver(self, name: str) -> tuple[str, float, float]:
+        """Return the joint that one follows at the end, itself if it follows none, and by which factor and offset."""
+        factor, offset = 1.0, 0.0
+        while (mimic := self.joints[name].find("mimic")) is not None and mimic.attrib["joint"] in self.joints:
+            name = mimic.attrib["joint"]
+            offset += factor * float(mimic.get("offset", 0.0))
+            factor *= float(mimic.get("multiplier", 1.0))
+        return name, factor, offset
 
     def chain(self, tip: str) -> list[ElementTree.Element]:
         """Return the joints that lead to a link, last to first."""
@@ -96,6 +101,8 @@ class Peer:
     model: Any
     data: Any
     tree: Tree
+    coupled: bool
+    """Whether joints that mimic others are no coordinates of their own."""
 
     def posture(self, seed: int) -> dict[str, float]:
         """Return where the joints stand that do not follow others: random, or where their limits hold them."""
@@ -109,17 +116,21 @@ class Peer:
 
     def compare(self, robot: rd.Robot, tip: str, seed: int) -> float:
         """Return the largest difference of frames and Jacobians at a posture."""
-        values = self.posture(seed)
-        q = self.pin.neutral(self.model)
-        for name, value in values.items():
-            if not self.model.existJointName(name):
-                continue
+        values, q = self.posture(seed), self.pin.neutral(self.model)
+        # What each joint of the model adds to each of the robot's coordinates.
+        adds = np.zeros((self.model.nv, robot.n))
+        for name in filter(self.model.existJointName, values):
+            driver, factor, offset = self.tree.driver(name)
             joint = self.model.joints[self.model.getJointId(name)]
+            if self.coupled and driver != name:
+                continue
+            value = factor * values[driver] + offset
             if joint.nq == 2 and joint.nv == 1:
                 q[joint.idx_q : joint.idx_q + 2] = np.cos(value), np.sin(value)
-            elif not (COUPLED and self.tree.follows(name)):
+            elif joint.nq == 1:
                 q[joint.idx_q] = value
-        columns = [self.model.joints[self.model.getJointId(name)].idx_v for name in robot.joint_names]
+            if driver in robot.joint_names:
+                adds[joint.idx_v, robot.joint_names.index(driver)] = factor
         frame = self.model.getFrameId(tip, self.pin.FrameType.BODY)
         self.pin.computeJointJacobians(self.model, self.data, q)
         self.pin.updateFramePlacements(self.model, self.data)
@@ -127,7 +138,7 @@ class Peer:
         ours = [values[name] for name in robot.joint_names]
         return max(
             _difference(robot.fk(ours), self.data.oMf[frame].homogeneous),
-            _difference(robot.jacobian(ours), theirs.reshape(6, -1)[[3, 4, 5, 0, 1, 2]][:, columns]),
+            _difference(robot.jacobian(ours), theirs.reshape(6, -1)[[3, 4, 5, 0, 1, 2]] @ adds),
         )
 
 
@@ -153,19 +164,14 @@ def peer(file: Path) -> Peer | None:
     import pinocchio as pin
 
     with _quiet():
-        try:
-            model = pin.buildModelFromUrdf(str(file), mimic=True) if COUPLED else pin.buildModelFromUrdf(str(file))
-        except Exception:
-            return None
-    return Peer(pin, model, model.createData(), Tree.read(file))
-
-
-def _coupled() -> bool:
-    """Whether joints that mimic others are no coordinates of their own."""
-    return False
-
-
-COUPLED = _coupled()
+        for mimic in (True, False):
+            # It refuses mimics of mimics, and of joints that it has not met yet: what the file says of these counts.
+            try:
+                model = pin.buildModelFromUrdf(str(file), mimic=mimic)
+            except Exception:
+                continue
+            return Peer(pin, model, model.createData(), Tree.read(file), mimic)
+    return None
 
 
 @dataclass

@@ -27,7 +27,7 @@ from .._core import (
     build_profile,
     characteristic_length,
 )
-from .._util import F64
+from .._util import F64, Joints, coordinates_of, kinds_of
 from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
 from ..loops import follow, follow_without_spin
@@ -109,7 +109,7 @@ def solve(job: Path, out: Path, pictures: bool, base: str | None, tip: str | Non
     spins = solver.task.kind == "axisymmetric" and asked.robot.n >= Task.full().dimension
     fixed = follow_without_spin(optimised, asked.objective) if spins else None
     seconds = (middle - start, perf_counter() - middle)
-    files = write_results(out, optimised, fixed, asked.frame, pictures and _can_draw())
+    files = write_results(out, optimised, fixed, asked.frame, pictures and _can_draw(), asked.joints)
     _print(results_table(optimised, fixed, seconds))
     click.echo(f"written to {out}: {', '.join(files)}")
 
@@ -244,6 +244,7 @@ def length(robot: str, starts: int, seed: int, rows: str | None, base: str | Non
 @click.argument("robot")
 @click.option("--q", "joints", metavar="Q1,Q2,...", help="Joints [deg; mm where prismatic]; the middle if left out.")
 @click.option("--length", "millimetres", type=float, help="Length [mm]; that of least kappa_F if left out.")
+@click.option("--controller", is_flag=True, help="Whether joints are those of the robot's controller, given and told.")
 @_rows
 @_base
 @_tip
@@ -254,10 +255,12 @@ def posture(
     rows: str | None,
     base: str | None,
     tip: str | None,
+    controller: bool,
 ) -> None:
     """Tell what a posture of ROBOT (a name, or a .toml or .urdf file) is worth."""
     model = robots.find(robot, base=base, tip=tip)
-    q = model.middle if joints is None else _parse_joints(model, joints)
+    whose: Joints = "controller" if controller else "robot"
+    q = model.middle if joints is None else _parse_joints(model, joints, whose)
     chosen = rows_for(model, model.fk(q)[:3, 2], _parse_rows(rows))
     best = characteristic_length(model, q, chosen)
     length = millimetres / 1000.0 if millimetres is not None else best if np.isfinite(best) else 1.0
@@ -268,7 +271,7 @@ def posture(
     _print_pairs(
         model.name,
         {
-            "posture": _readable(model, q),
+            "posture": _readable(model, q, whose),
             "tool point": f"{position[0]:.3f}, {position[1]:.3f}, {position[2]:.3f} mm",
             **_told(model, chosen),
             "within limits": "yes"
@@ -314,11 +317,12 @@ def _print(table: Table) -> None:
     Console(markup=False, highlight=False).print(table)
 
 
-def _readable(robot: Robot, q: F64) -> str:
+def _readable(robot: Robot, q: F64, joints: Joints = "robot") -> str:
     """Return joint coordinates as people read them: degrees, millimetres."""
-    if "P" not in robot.joints:
+    kinds, q = kinds_of(robot, joints), coordinates_of(robot, q, joints)
+    if "P" not in kinds:
         return ", ".join(f"{x:.4f}" for x in np.rad2deg(q).tolist()) + " deg"
-    values = zip(robot.joints, q.tolist(), strict=True)
+    values = zip(kinds, q.tolist(), strict=True)
     return ", ".join(f"{1000.0 * x:.3f} mm" if kind == "P" else f"{np.rad2deg(x):.4f} deg" for kind, x in values)
 
 
@@ -337,7 +341,7 @@ def _parse_rows(text: str | None) -> list[int] | None:
         raise click.BadParameter(f"{text!r}, expected numbers from 0 to 5", param_hint="--rows") from None
 
 
-def _parse_joints(robot: Robot, text: str) -> F64:
+def _parse_joints(robot: Robot, text: str, joints: Joints = "robot") -> F64:
     """Read joint coordinates as people write them: degrees, millimetres, commas or blanks between."""
     try:
         numbers = np.array([float(word) for word in text.replace(",", " ").split()])
@@ -345,4 +349,5 @@ def _parse_joints(robot: Robot, text: str) -> F64:
         raise click.BadParameter(f"{text!r}, expected numbers separated by commas", param_hint="--q") from None
     if len(numbers) != robot.n or not np.isfinite(numbers).all():
         raise click.BadParameter(f"{text!r}, expected {robot.n} finite numbers", param_hint="--q")
-    return np.where([kind == "P" for kind in robot.joints], numbers / 1000.0, np.deg2rad(numbers))
+    given = np.where([kind == "P" for kind in kinds_of(robot, joints)], numbers / 1000.0, np.deg2rad(numbers))
+    return given if joints == "robot" else np.asarray(robot.controller.to_robot(given))

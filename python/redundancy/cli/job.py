@@ -34,6 +34,7 @@
 
     [output]
     frame = "tool"                       # whose poses RobotMaster gets; or "flange"
+    joints = "robot"                     # whose joints columns and pictures have; or "controller"
 """
 
 from dataclasses import dataclass
@@ -51,6 +52,7 @@ from .._core import (
     Robot,
     Task,
 )
+from .._util import JOINTS, Joints
 from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
 from ..files import FRAMES, Table, read_document
@@ -76,6 +78,7 @@ class Job:
     plan: PlanTable
     frame: Frame
     rows: list[int]
+    joints: Joints = "robot"
 
     def solver(self) -> OrthogonalSQP:
         """Return the solver of the job: for that part of its task that the joints change."""
@@ -116,11 +119,11 @@ def read_job(file: str | Path, base: str | None = None, tip: str | None = None) 
     path = path_of_table(document.table("path"), file)
     length, weights, rows = _objective(document.table("objective"))
     plan = read_plan(document.table("plan"), robot, file.parent)
-    frame = _frame(document.table("output"))
+    frame, joints = _output(document.table("output"))
     try:
         rows = rows_for(robot, path.axis.mean(axis=0), rows)
         objective = weighted_sum(weights, length, robot, rows)
-        job = Job(file, robot, objective, _in_words(weights), task, path, plan, frame, rows)
+        job = Job(file, robot, objective, _in_words(weights), task, path, plan, frame, rows, joints)
         # What does not fit together shows here, while the file is known.
         job.solver()
         path.targets(job.solver().task)
@@ -203,9 +206,11 @@ def _objective(table: Table) -> tuple[float | None, dict[str, float], list[int] 
     return table.length("length"), read or {"condition_number_squared": 1.0}, rows
 
 
-def _frame(table: Table) -> Frame:
-    table.only("frame")
-    return cast("Frame", table.text("frame", FRAMES[0], FRAMES))
+def _output(table: Table) -> tuple[Frame, Joints]:
+    table.only("frame", "joints")
+    return cast("Frame", table.text("frame", FRAMES[0], FRAMES)), cast(
+        "Joints", table.text("joints", JOINTS[0], JOINTS)
+    )
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:

@@ -217,8 +217,8 @@ def _ring(target: F64, axis: F64) -> list[F64]:
 
 
 def _largest(robot: Robot, off: F64) -> F64:
-    """Return the largest of each posture's differences in the joints, whole turns of revolute ones aside."""
-    turns = np.where([letter == "R" for letter in robot.joints], np.round(off / (2.0 * np.pi)), 0.0)
+    """Return the largest of each posture's differences in the joints, whole turns aside."""
+    turns = np.where(robot.periodic, np.round(off / (2.0 * np.pi)), 0.0)
     return np.asarray(np.abs(off - 2.0 * np.pi * turns).max(axis=-1))
 
 
@@ -237,8 +237,8 @@ def _distinct(robot: Robot, postures: list[F64]) -> list[F64]:
 def _with_turns(robot: Robot, q: F64, turns: int) -> list[F64]:
     """Return a posture, then its copies within the limits by whole turns of joints that have limits."""
     choices = []
-    for x, low, high, letter in zip(q, robot.q_min, robot.q_max, robot.joints, strict=True):
-        most = turns if letter == "R" and np.isfinite(high - low) else 0
+    for x, low, high, periodic in zip(q, robot.q_min, robot.q_max, robot.periodic, strict=True):
+        most = turns if periodic and np.isfinite(high - low) else 0
         shifts = [2.0 * np.pi * k for k in range(-most, most + 1) if k != 0]
         choices.append([0.0, *(shift for shift in shifts if low <= x + shift <= high)])
     return [q + np.array(shift) for shift in product(*choices)]

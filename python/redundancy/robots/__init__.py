@@ -9,7 +9,13 @@ A robot file holds ``name``, ``joints`` (one letter each, R or P), ``joint_names
   after the last joint);
 - ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, and no key where no joint
   has one;
-- ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4).
+- ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4);
+- ``[[mimic]]``, one for each joint that follows another: ``joint``, ``driver`` (counted from 1 along ``joints``),
+  ``factor`` (in SI units: rad or m of the joint a rad or m of the driver) and ``offset``. Letters of ``joints`` beyond
+  the table are joints off the chain that only drive; limits are one a letter;
+- ``[controller]``, joints as the robot's controller has them, ``p = matrix q + offset`` (see `Robot.with_controller`):
+  ``names``, ``offset``, and ``matrix`` (n x n, in SI units) or ``signs`` and ``coupling``, which holds
+  ``[joint, with, factor]``: joint (of the controller, counted from 1) moves with joint ``with`` of the robot, too.
 
 Strings ``description`` and ``source`` are for people.
 """

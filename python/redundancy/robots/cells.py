@@ -100,15 +100,23 @@ def _with_first_joint(
     low, high, speed = limits
     while name in robot.joint_names:
         name = f"outer {name}"
-    return Robot.from_links(
+    longer = Robot.from_links(
         np.concatenate([before[None], links]),
         robot.flange,
-        letter + robot.joints,
+        letter + robot.chain,
         tool=robot.tool,
+        name=f"{robot.name} {how}",
+        joint_names=[name, *robot.joint_names],
+        mimic={i + 1: (driver + 1, factor, offset) for i, (driver, factor, offset) in robot.mimic.items()} or None,
+    ).with_limits(
         q_min=np.concatenate([[low], robot.q_min]),
         q_max=np.concatenate([[high], robot.q_max]),
         qd_max=np.concatenate([[speed], robot.qd_max]),
         qdd_max=np.concatenate([[np.inf], robot.qdd_max]),
-        name=f"{robot.name} {how}",
-        joint_names=[name, *robot.joint_names],
     )
+    own = robot.controller
+    if own == robot.with_controller().controller:
+        return longer
+    matrix = np.eye(robot.n + 1)
+    matrix[1:, 1:] = own.matrix
+    return longer.with_controller(matrix, np.concatenate([[0.0], own.offset]), names=["E1", *own.names])

@@ -6,7 +6,7 @@ use super::analytic::{ArmAngle, Inverse, Solutions};
 use crate::error::{Result, check_finite};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::robot::{Joint, Limits, Robot};
+use crate::robot::{Limits, Robot};
 use std::f64::consts::TAU;
 
 /// Postures of a robot, one after the other.
@@ -84,7 +84,7 @@ impl Postures {
         let turning: Vec<bool> = (0..self.n)
             .map(|i| {
                 let held = fixed.iter().any(|(joint, _)| *joint == i);
-                turns && !held && robot.joints()[i] == Joint::Revolute && robot.limits().is_bounded(i)
+                turns && !held && robot.is_periodic(i) && robot.limits().is_bounded(i)
             })
             .collect();
         for (row, flag) in self.rows().zip(&self.singular) {

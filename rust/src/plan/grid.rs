@@ -46,7 +46,7 @@ pub struct SpareGrid {
 }
 
 impl SpareGrid {
-    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide and those without which the rest has a
+    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide, or that others follow, and those without which the rest has a
     /// closed form.
     ///
     /// # Errors
@@ -78,10 +78,10 @@ fn tuple(numbers: &[usize]) -> String {
     format!("({}{})", shown.join(", "), if numbers.len() == 1 { "," } else { "" })
 }
 
-/// The joints to hold: all that slide, and those without which the rest has a closed form.
+/// The joints to hold: all that slide or that others follow, and those without which the rest has a closed form.
 fn choice(robot: &Robot) -> Result<Vec<usize>> {
-    let of_kind = |kind: Joint| (0..robot.n()).filter(move |&i| robot.joints()[i] == kind).collect::<Vec<_>>();
-    let (sliding, turning) = (of_kind(Joint::Prismatic), of_kind(Joint::Revolute));
+    let turns = |i: &usize| robot.joints()[*i] == Joint::Revolute && !robot.drives(*i);
+    let (turning, sliding): (Vec<usize>, Vec<usize>) = (0..robot.n()).partition(turns);
     let Some(count) = turning.len().checked_sub(MOVING) else {
         let given = format!("one with the joints '{}'", robot.joint_letters());
         return Err(Error::value("robot", given, "at least six revolute ones"));

@@ -13,7 +13,7 @@ use crate::inverse::{Inverse, MAX_SOLUTIONS, Solutions};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::Vec3;
-use crate::robot::{Joint, Robot};
+use crate::robot::Robot;
 
 /// Postures this near to a limit [rad or m] are beyond it: a plan keeps a little room for what comes after.
 pub const LIMIT_MARGIN: f64 = 1e-7;
@@ -390,5 +390,5 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Which joints turn far enough to come round to the same place: their whole turns are decided for the path as a whole.
 pub fn wide_joints(robot: &Robot, limits: bool) -> Vec<bool> {
     let range = |i: usize| robot.limits().q_max[i] - robot.limits().q_min[i];
-    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU + 2.0 * LIMIT_MARGIN)).collect()
+    (0..robot.n()).map(|i| robot.is_periodic(i) && (!limits || range(i) >= TAU + 2.0 * LIMIT_MARGIN)).collect()
 }

@@ -1,15 +1,19 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
+mod controller;
+mod coupling;
 mod dh;
 mod fixed;
 mod limits;
 mod random;
 pub(crate) mod urdf;
 
+pub use controller::Controller;
+pub use coupling::{Coupling, Follows, Mimic, MovingJoint};
 pub use dh::{Convention, DhTable};
 pub use limits::{Limits, nearest_turn};
 pub use random::RandomPostures;
-pub use urdf::{JointLimits, Mimic, MovingJoint, UrdfChain};
+pub use urdf::{JointLimits, UrdfChain};
 
 use std::sync::Arc;
 
@@ -57,23 +61,30 @@ pub struct Robot {
     /// flange and tool in one.
     end: Frame,
     arm: f64,
+    /// How joints of the chain follow others.
+    coupling: Option<Coupling>,
+    /// Its joints as its controller has them; the same where there is none.
+    controller: Option<Controller>,
 }
 
 impl Robot {
     /// Whether another robot has the same base, joints and links, whatever its tool and limits.
     pub fn is_same_chain(&self, other: &Self) -> bool {
-        self.joints == other.joints && self.base == other.base && self.links == other.links
+        self.joints == other.joints && self.base == other.base && self.links == other.links && self.coupling == other.coupling
     }
 
     /// From the fixed transforms ahead of each joint (the joint then moves about or along z) and the one after the last joint.
     pub fn new(name: &str, joints: &[Joint], links: &[Frame], flange: Frame) -> Result<Self> {
-        let n = joints.len();
-        if n == 0 || n > MAX_JOINTS {
-            return Err(Error::value("number of joints", n, &format!("1 to {MAX_JOINTS}")));
+        if links.len() != joints.len() {
+            check_chain(joints.len())?;
+            return Err(Error::length("links", links.len(), joints.len()));
         }
-        if links.len() != n {
-            return Err(Error::length("links", links.len(), n));
-        }
+        Self::assemble(name, joints, links, flange, None)
+    }
+
+    /// From the kinds of the coordinates and how the joints behind the links follow them.
+    fn assemble(name: &str, joints: &[Joint], links: &[Frame], flange: Frame, coupling: Option<Coupling>) -> Result<Self> {
+        check_chain(links.len())?;
         for (i, link) in links.iter().enumerate() {
             check_lengths(&format!("translation of links[{i}]"), &link.origin)?;
         }
@@ -81,16 +92,18 @@ impl Robot {
         Ok(Self {
             name: name.into(),
             joints: joints.to_vec(),
-            joint_names: (0..n).map(default_name).collect(),
+            joint_names: (0..joints.len()).map(default_name).collect(),
             bare_links: links.to_vec(),
             flange,
             base: Frame::IDENTITY,
             tool: Frame::IDENTITY,
-            limits: Limits::none(n),
+            limits: Limits::none(joints.len()),
             dh: None,
             links: links.to_vec(),
             end: flange,
             arm: 0.0,
+            coupling,
+            controller: None,
         }
         .refold())
     }
@@ -98,9 +111,9 @@ impl Robot {
     fn refold(mut self) -> Self {
         self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
-        let slides = self.joints.contains(&Joint::Prismatic);
+        let unbounded = self.coupling.is_some() || self.joints.contains(&Joint::Prismatic);
         let stretched: f64 = self.links[1..].iter().chain([&self.end]).map(|link| norm(link.origin)).sum();
-        self.arm = if slides { f64::INFINITY } else { stretched };
+        self.arm = if unbounded { f64::INFINITY } else { stretched };
         self
     }
 
@@ -138,13 +151,14 @@ impl Robot {
         Ok(Self { joint_names: names.into(), ..self.clone() })
     }
 
-    /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides.
+    /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides, or of which joints
+    /// follow others: rates of coordinates say little of theirs.
     #[inline(always)]
     pub fn arm(&self) -> f64 {
         self.arm
     }
 
-    /// Number of joints.
+    /// Number of coordinates: of joints, less those that follow others.
     #[inline(always)]
     pub fn n(&self) -> usize {
         self.joints.len()
@@ -155,7 +169,7 @@ impl Robot {
         &self.name
     }
 
-    /// Kind of every joint.
+    /// Kind of every coordinate, which is that of every joint where none follows another.
     #[inline(always)]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
@@ -180,13 +194,13 @@ impl Robot {
         self.joints.iter().map(|j| if *j == Joint::Revolute { 'R' } else { 'P' }).collect()
     }
 
-    /// Fixed transforms ahead of each joint, base folded in.
+    /// Fixed transforms ahead of each joint of the chain, base folded in.
     #[inline(always)]
     pub fn links(&self) -> &[Frame] {
         &self.links
     }
 
-    /// Fixed transforms ahead of each joint, without the base.
+    /// Fixed transforms ahead of each joint of the chain, without the base.
     pub fn bare_links(&self) -> &[Frame] {
         &self.bare_links
     }
@@ -224,8 +238,8 @@ impl Robot {
 
     /// Takes revolute joints by whole turns to where their limits want them ([`Limits::turned`]): the same posture.
     pub fn turn(&self, q: &mut [f64]) {
-        for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
-            if *joint == Joint::Revolute {
+        for i in 0..q.len().min(self.n()) {
+            if self.is_periodic(i) {
                 q[i] = self.limits.turned(i, q[i]);
             }
         }
@@ -245,6 +259,14 @@ impl Robot {
 /// What joint `i` is called that has no name.
 fn default_name(i: usize) -> String {
     format!("joint {}", i + 1)
+}
+
+/// Whether there is room for a chain of `m` joints, those that follow others among them.
+fn check_chain(m: usize) -> Result<()> {
+    if m == 0 || m > MAX_JOINTS {
+        return Err(Error::value("number of joints", m, &format!("1 to {MAX_JOINTS}, those that mimic others included")));
+    }
+    Ok(())
 }
 
 /// Parses "RRPRRR".

@@ -67,23 +67,31 @@ pub fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
     Ok(limits)
 }
 
-/// A robot with tool, base, limits and names of its joints.
-pub fn finish(
-    mut robot: Robot,
-    tool: Maybe<'_, '_>,
-    base: Maybe<'_, '_>,
-    given: [Maybe<'_, '_>; 4],
-    names: Option<Vec<String>>,
-) -> PyResult<PyRobot> {
-    if let Some(names) = names {
-        robot = ok(robot.with_joint_names(&names))?;
-    }
+/// A robot with tool and base.
+pub fn placed(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>) -> PyResult<Robot> {
     if let Some(tool) = read_maybe("tool", tool)? {
         robot = robot.with_tool(tool);
     }
     if let Some(base) = read_maybe("base", base)? {
         robot = robot.with_base(base);
     }
+    Ok(robot)
+}
+
+/// A robot with names of its joints, if they are given.
+pub fn named(robot: Robot, names: Option<Vec<String>>) -> PyResult<Robot> {
+    names.map_or_else(|| Ok(robot.clone()), |names| ok(robot.with_joint_names(&names)))
+}
+
+/// A robot with tool, base, limits and names of its joints.
+pub fn finish(
+    robot: Robot,
+    tool: Maybe<'_, '_>,
+    base: Maybe<'_, '_>,
+    given: [Maybe<'_, '_>; 4],
+    names: Option<Vec<String>>,
+) -> PyResult<PyRobot> {
+    let robot = placed(named(robot, names)?, tool, base)?;
     let limits = limits(&robot, given)?;
     Ok(PyRobot::from(ok(robot.with_limits(limits))?))
 }

@@ -1,8 +1,10 @@
 //! `redundancy.Robot`, and frames and limits in and out.
 
+pub mod controller;
 pub mod frames;
 mod inverse;
 pub mod joint_limits;
+mod mimic;
 mod model;
 mod tables;
 

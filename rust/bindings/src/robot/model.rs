@@ -8,11 +8,13 @@ use pyo3::prelude::*;
 
 use pyo3::types::{PyDict, PyMapping, PyTuple};
 
+use super::controller::{self, PyController};
 use super::inverse::{self, Wanted, read_fixed};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
-use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links, read_place};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, named, placed, read_frame, read_links, read_place};
 use crate::robot::joint_limits::read_joint_limits;
+use crate::robot::mimic::{self, chain_letters, read_joints};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Inverse, Structure};
@@ -72,14 +74,18 @@ impl PyRobot {
     /// name : str
     ///     Name.
     /// joint_names : sequence of str, optional
-    ///     A name for each joint, no two the same; "joint 1", "joint 2" and so on if not given.
+    ///     A name for each joint coordinate, no two the same; "joint 1", "joint 2" and so on if not given.
+    /// mimic : dict, optional
+    ///     Joints that follow others: ``{joint: (driver, factor, offset)}``, counted from 0 along the table, stand at ``factor q_driver + offset``
+    ///     [rad or m]. The coordinates of the robot are the other joints; limits are given for all of them, and those of a joint tighten those of
+    ///     its driver, unless that leaves no range. Letters beyond the table are joints off the chain that only drive.
     ///
     /// Raises
     /// ------
-    /// ShapeError, NonFiniteError, InvalidValueError
+    /// ShapeError, NonFiniteError, InvalidValueError, ModelError
     ///     If shapes disagree, numbers are not finite, a length is beyond 1e6 m, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None, mimic=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -95,10 +101,18 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
         joint_names: Option<Vec<String>>,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max], joint_names)
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        match mimic {
+            Some(mimic) => {
+                let joints = read_joints(&letters, mimic, limits)?;
+                Ok(named(placed(ok(Robot::from_dh_coupled(name, table, &joints))?, tool, base)?, joint_names)?.into())
+            }
+            None => finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, limits, joint_names),
+        }
     }
 
     /// A robot from the chain between two links of a URDF file.
@@ -150,10 +164,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name, joint_names
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, joint_names, mimic
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", joint_names=None, mimic=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -166,14 +180,21 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
         joint_names: Option<Vec<String>>,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        let robot = ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?;
-        finish(robot, tool, base, [q_min, q_max, qd_max, qdd_max], joint_names)
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        match mimic {
+            Some(mimic) => {
+                let joints = read_joints(joints, mimic, limits)?;
+                Ok(named(placed(ok(Robot::new_coupled(name, &joints, &frames, flange))?, tool, base)?, joint_names)?.into())
+            }
+            None => finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, limits, joint_names),
+        }
     }
 
-    /// Number of joints.
+    /// Number of joint coordinates: of joints, less those that follow others.
     #[getter]
     fn n(&self) -> usize {
         self.robot.n()
@@ -185,7 +206,7 @@ impl PyRobot {
         self.robot.name()
     }
 
-    /// One letter a joint, R (revolute) or P (prismatic).
+    /// One letter a joint coordinate, R (revolute) or P (prismatic).
     #[getter]
     fn joints(&self) -> String {
         self.robot.joint_letters()
@@ -200,6 +221,32 @@ impl PyRobot {
     /// Joint ``joint``, counted from 0, as people count and call it: "joint 3", "joint 3 (elbow)".
     fn joint_label(&self, joint: usize) -> String {
         self.robot.joint_label(joint)
+    }
+
+    /// One letter a joint of the chain, those that follow others among them, then one for each joint off it that drives some: what `from_links`
+    /// takes beside `mimic`. The same as ``joints`` where no joint follows another.
+    #[getter]
+    fn chain(&self) -> String {
+        chain_letters(&self.robot)
+    }
+
+    /// Joints of the chain that follow others, ``{joint: (driver, factor, offset)}``, counted from 0 along ``chain``; empty for most robots.
+    #[getter]
+    fn mimic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        mimic::dictionary(py, &self.robot)
+    }
+
+    /// The joint of ``chain`` that each joint coordinate is: 0 to n - 1 where no joint follows another.
+    #[getter]
+    fn coordinates(&self) -> Vec<usize> {
+        mimic::places(&self.robot)
+    }
+
+    /// Whether a whole turn of a joint coordinate takes the robot to where it was, shape (n,): of revolute joints, if none follows them by a part
+    /// of a turn.
+    #[getter]
+    fn periodic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, (0..self.robot.n()).map(|i| self.robot.is_periodic(i)))
     }
 
     /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
@@ -244,7 +291,7 @@ impl PyRobot {
         matrix(py, self.robot.flange())
     }
 
-    /// Fixed transforms ahead of the joints, without the base, shape (n, 4, 4).
+    /// Fixed transforms ahead of the joints of the chain, without the base, shape (m, 4, 4); m is n where no joint follows another.
     #[getter]
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         matrices(py, self.robot.bare_links())
@@ -316,7 +363,8 @@ impl PyRobot {
         self.robot.rows_in_use()
     }
 
-    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
+    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (m + 1, 4, 4) for the m joints of the chain; for
+    /// drawings. m is n where no joint follows another.
     fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let mut posture = [0.0; MAX_JOINTS];
         read_vector("q", q, self.robot.n(), &mut posture)?;
@@ -340,6 +388,47 @@ impl PyRobot {
     fn with_limits(&self, q_min: Maybe<'_, '_>, q_max: Maybe<'_, '_>, qd_max: Maybe<'_, '_>, qdd_max: Maybe<'_, '_>) -> PyResult<Self> {
         let limits = limits(&self.robot, [q_min, q_max, qd_max, qdd_max])?;
         Ok(ok(self.robot.with_limits(limits))?.into())
+    }
+
+    /// Its joints as its controller shows and takes them; the same ones, called J1, J2, ..., if nothing else is known.
+    #[getter]
+    fn controller(&self) -> PyController {
+        controller::of(&self.robot)
+    }
+
+    /// The same robot with another map to the joints of its controller, ``p = matrix q + offset``; without arguments the same coordinates.
+    ///
+    /// Everything that computes takes the robot's own joints q. What is written and shown in the controller's says so.
+    ///
+    /// Parameters
+    /// ----------
+    /// matrix : array_like, shape (n, n), optional
+    ///     What the robot's joints add to each of the controller's; invertible.
+    /// offset : array_like, shape (n,), optional
+    ///     The controller's joints where the robot's are zero [rad or m]; zeros if not given.
+    /// signs : array_like, shape (n,), optional
+    ///     Instead of a matrix, its diagonal: 1, or -1 where the controller counts the other way.
+    /// coupling : dict, optional
+    ///     Beside signs, entries ``{(i, k): factor}``, joints counted from 0: joint i of the controller moves with joint k of the robot by that factor,
+    ///     too. FANUC measures joint 3 against the horizontal: ``{(2, 1): -1.0}``.
+    /// names : list of str, optional
+    ///     Names of the controller's joints; J1, J2, ... if not given.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, the matrix has no inverse, is given beside its parts, or names are not different ones.
+    #[pyo3(signature = (matrix=None, offset=None, signs=None, coupling=None, names=None))]
+    fn with_controller(
+        &self,
+        matrix: Maybe<'_, '_>,
+        offset: Maybe<'_, '_>,
+        signs: Maybe<'_, '_>,
+        coupling: Option<&Bound<'_, PyDict>>,
+        names: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        let controller = controller::read(self.robot.n(), matrix, offset, signs, coupling, names)?;
+        Ok(ok(self.robot.with_controller(controller))?.into())
     }
 
     /// The same robot under another name.
@@ -507,6 +596,13 @@ impl PyRobot {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        rebuilt_from(&slf.py().get_type::<Self>(), &slf.get().robot)
+        let (class, robot) = (slf.py().get_type::<Self>(), &slf.get().robot);
+        match robot.controller() {
+            None => rebuilt_from(&class, robot),
+            Some(map) => {
+                let plain = Self::from(ok(robot.with_controller(None))?);
+                controller::rebuilt(&class, plain.into_pyobject(slf.py())?.into_any(), map)
+            }
+        }
     }
 }

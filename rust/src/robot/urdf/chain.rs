@@ -4,10 +4,11 @@ use super::document::Document;
 use super::joint::Motion;
 use super::names::{instead, listed};
 use super::xml::fault;
-use super::{JointLimits, MovingJoint, UrdfChain};
+use super::{JointLimits, UrdfChain};
 use crate::error::{Error, Result};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
+use crate::robot::MovingJoint;
 
 /// The chain between two links.
 pub(crate) struct Chain {

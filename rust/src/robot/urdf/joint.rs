@@ -1,13 +1,13 @@
 //! What a joint of a URDF says: where it is, how it moves, within which limits, and which other joint it follows.
 
+use super::JointLimits;
 use super::document::{Document, JointElement};
 use super::names::instead;
 use super::xml::{Element, fault, shown};
-use super::{JointLimits, Mimic, MovingJoint};
 use crate::error::{Error, Result};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, perpendicular, unit};
-use crate::robot::{Joint, LARGEST_LENGTH, fixed::motion};
+use crate::robot::{Joint, LARGEST_LENGTH, Mimic, MovingJoint, fixed::motion};
 
 /// How a joint moves.
 pub(crate) enum Motion {

@@ -9,7 +9,7 @@ mod xml;
 
 use std::path::Path;
 
-use super::{Joint, Limits, Robot};
+use super::Robot;
 use crate::error::Result;
 
 pub(crate) use chain::{Chain, chain};
@@ -41,30 +41,6 @@ pub struct JointLimits {
     pub velocity: Option<f64>,
 }
 
-/// A joint as a file has it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MovingJoint {
-    /// Name.
-    pub name: String,
-    /// How it moves.
-    pub kind: Joint,
-    /// Its own limits: lower, upper, of speed and of acceleration.
-    pub limits: [f64; 4],
-    /// The joint that it follows, if it does.
-    pub mimic: Option<Mimic>,
-}
-
-/// What a joint does that follows another: `factor driver + offset`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mimic {
-    /// Name of the other joint.
-    pub driver: String,
-    /// Factor.
-    pub factor: f64,
-    /// Offset [rad or m].
-    pub offset: f64,
-}
-
 impl Robot {
     /// From a URDF file: the chain between two links.
     pub fn from_urdf_file(path: &Path, asked: &UrdfChain) -> Result<Self> {
@@ -78,12 +54,19 @@ impl Robot {
 
     fn from_urdf(document: &Document, asked: &UrdfChain) -> Result<Self> {
         let Chain { joints, links, flange, .. } = chain(document, asked)?;
-        let joints = &joints[..links.len()];
-        let kinds: Vec<Joint> = joints.iter().map(|joint| joint.kind).collect();
-        let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
-        let of = |entry: usize| joints.iter().map(|joint| joint.limits[entry]).collect::<Vec<f64>>();
-        let limits = Limits { q_min: of(0), q_max: of(1), qd_max: of(2), qdd_max: of(3) };
-        Self::new(&document.name, &kinds, &links, flange)?.with_joint_names(&names)?.with_limits(limits)
+        let robot = Self::new_coupled(&document.name, &joints, &links, flange)?;
+        // Those of the chain that follow no other, and behind the chain, in the order of those that follow them, the others that drive.
+        let mut beside = joints[links.len()..].iter();
+        let names: Vec<String> = match robot.coupling() {
+            None => joints.iter().map(|joint| joint.name.clone()).collect(),
+            Some(it) => it
+                .own()
+                .iter()
+                .filter_map(|own| own.map_or_else(|| beside.next(), |i| joints.get(i)))
+                .map(|joint| joint.name.clone())
+                .collect(),
+        };
+        robot.with_joint_names(&names)
     }
 }
 
