@@ -16,6 +16,7 @@ from . import plots, robots, weights
 from ._core import (
     Body,
     ConditionNumber,
+    Controller,
     CustomIndex,
     Elimination,
     FrameTask,
@@ -89,6 +90,7 @@ from .robots import on_rail, with_turntable
 __all__ = [
     "Body",
     "ConditionNumber",
+    "Controller",
     "Convergence",
     "CustomIndex",
     "CyclicStart",

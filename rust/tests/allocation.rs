@@ -337,6 +337,12 @@ fn twelve_joints() {
 }
 
 #[test]
+fn joints_that_follow_others() {
+    everything(&Rng(13).coupled(8, 6));
+    everything(&Rng(14).coupled(11, 7));
+}
+
+#[test]
 fn inverse_kinematics() {
     let mut rng = Rng(21);
     let mut link = |alpha: f64, meeting: bool| {

@@ -10,7 +10,7 @@ use redundancy::internals::linalg::{Cholesky, Orthogonal, Rows6, Svd, diagonalis
 use redundancy::kinematics::{forward, jacobian};
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::{cross, dot, norm, perpendicular, scale};
-use redundancy::robot::Robot;
+use redundancy::robot::{Robot, UrdfChain};
 
 const C: usize = 16;
 const EPS: f64 = f64::EPSILON;
@@ -261,7 +261,7 @@ fn urdf_axis(axis: [f64; 3]) -> Result<(), TestCaseError> {
         <joint name="t" type="fixed"><parent link="b"/><child link="c"/><origin xyz="0.3 0.2 0.1" rpy="0 0 0"/></joint></robot>"#,
         axis[0], axis[1], axis[2]
     );
-    let robot = Robot::from_urdf_str(&text, None, None).map_err(|e| TestCaseError::fail(e.to_string()))?;
+    let robot = Robot::from_urdf_str(&text, &UrdfChain::default()).map_err(|e| TestCaseError::fail(e.to_string()))?;
     prop_assert_eq!(robot.n(), 1);
     let unit = scale(1.0 / norm(axis), axis);
     let rest = forward(&robot, &[0.0]).unwrap();

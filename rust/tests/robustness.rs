@@ -51,7 +51,7 @@ pub fn solvers(robot: &Arc<Robot>, objectives: &[Objective]) -> Vec<OrthogonalSq
 }
 
 pub fn subjects() -> Vec<Subject> {
-    let mut robots = vec![fanuc(), iiwa(), iiwa(), fanuc()];
+    let mut robots = vec![fanuc(), iiwa(), iiwa(), fanuc(), Rng(2).coupled(6, 4), Rng(4).coupled(9, 7)];
     for n in [1, 3, 5, 9, 12] {
         robots.push(Rng(n as u64).robot(n, true, n / 2));
     }

@@ -4,13 +4,14 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import inverse, projectors, qp, rest
+from tests.soak import inverse, projectors, qp, rest, urdf
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
     "projectors": projectors.main,
     "qp": qp.main,
     "rest": rest.main,
+    "urdf": urdf.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 

@@ -22,15 +22,17 @@ from .._core import (
     Robot,
     SingularityParameter,
     SmallestSingularValue,
+    Task,
     __version__,
     build_profile,
     characteristic_length,
 )
-from .._util import F64
+from .._util import F64, Joints, coordinates_of, kinds_of
 from ..design import minimum_condition_posture
 from ..errors import InvalidValueError, RedundancyError
 from ..loops import follow, follow_without_spin
 from ..paths import Trajectory
+from .freedom import judged, mixed, rows_for
 from .job import Job, read_job
 from .plan_report import map_job, map_table, plan_job, plan_table, write_map, write_plan
 from .plan_table import CRITERIA
@@ -75,6 +77,13 @@ _job = click.argument("job", type=click.Path(path_type=Path))
 _out = click.option(
     "--out", default="out", show_default=True, type=click.Path(path_type=Path), help="Folder for the results."
 )
+_base = click.option("--base", metavar="LINK", help="First link of a .urdf file; its root if left out.")
+_tip = click.option("--tip", metavar="LINK", help="Last link of a .urdf file; the only one at an end if left out.")
+_rows = click.option(
+    "--rows",
+    metavar="R1,R2,...",
+    help="Rows of the Jacobian that count, 0 to 2 angular, 3 to 5 linear; found if left out.",
+)
 _pictures = click.option(
     "--pictures/--no-pictures", default=True, show_default=True, help="Whether to draw (needs matplotlib)."
 )
@@ -84,16 +93,23 @@ _pictures = click.option(
 @_job
 @_out
 @_pictures
-def solve(job: Path, out: Path, pictures: bool) -> None:
+@_base
+@_tip
+def solve(job: Path, out: Path, pictures: bool, base: str | None, tip: str | None) -> None:
     """Follow the path of a JOB file; write trajectory and pictures."""
-    asked = read_job(job)
+    asked = read_job(job, base, tip)
     start = perf_counter()
-    optimised = follow(asked.solver(), asked.path)
+    solver = asked.solver()
+    optimised = follow(solver, asked.path)
     middle = perf_counter()
+    if solver.task != asked.task or asked.rows != asked.robot.rows_in_use():
+        optimised = judged(optimised, asked.task, asked.rows)
     _check_reached(job, optimised)
-    fixed = follow_without_spin(optimised, asked.objective) if asked.task.kind == "axisymmetric" else None
+    # A tool that may not spin has six components to follow.
+    spins = solver.task.kind == "axisymmetric" and asked.robot.n >= Task.full().dimension
+    fixed = follow_without_spin(optimised, asked.objective) if spins else None
     seconds = (middle - start, perf_counter() - middle)
-    files = write_results(out, optimised, fixed, asked.frame, pictures and _can_draw())
+    files = write_results(out, optimised, fixed, asked.frame, pictures and _can_draw(), asked.joints)
     _print(results_table(optimised, fixed, seconds))
     click.echo(f"written to {out}: {', '.join(files)}")
 
@@ -103,14 +119,16 @@ def solve(job: Path, out: Path, pictures: bool) -> None:
 @_out
 @click.option("--criterion", type=click.Choice(CRITERIA), help="What is minimised, instead of what the file says.")
 @_pictures
-def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> None:
+@_base
+@_tip
+def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool, base: str | None, tip: str | None) -> None:
     """Plan a whole path at once.
 
     Chooses the spin of the tool, and spare joints, along the path of a JOB file; writes trajectory and pictures.
 
     The exit status is 1 where the path cannot be followed as a whole; nothing is written then.
     """
-    asked = read_job(job)
+    asked = read_job(job, base, tip)
     earlier = asked.plan.warm_start
     warm_start = None if earlier is None else Trajectory.read(earlier, asked.robot)
     start = perf_counter()
@@ -127,7 +145,10 @@ def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> No
         files = write_plan(out, planned, chart, asked, pictures)
     _print(plan_table(planned, asked.objective_name, seconds))
     if failure is not None:
-        _fail(f"{job}: {planned.robot.name} cannot follow the whole path; {failure}; nothing written", 1)
+        _fail(
+            f"{job}: {planned.robot.name} cannot follow the whole path; {failure.told(planned.robot)}; nothing written",
+            1,
+        )
     click.echo(f"written to {out}: {', '.join(files)}")
 
 
@@ -136,7 +157,9 @@ def plan_path(job: Path, out: Path, criterion: str | None, pictures: bool) -> No
 @_out
 @click.option("--angles", default=_ANGLES, show_default=True, type=click.IntRange(1), help="Spins in a turn.")
 @click.option("--html", "page", is_flag=True, help="Whether to write a page for browsers, too (needs plotly).")
-def map_path(job: Path, out: Path, angles: int, page: bool) -> None:
+@_base
+@_tip
+def map_path(job: Path, out: Path, angles: int, page: bool, base: str | None, tip: str | None) -> None:
     """Map what every spin of the tool is worth.
 
     Says at every point of the path of a JOB file what each spin is worth, or why it is not possible; writes arrays,
@@ -144,7 +167,7 @@ def map_path(job: Path, out: Path, angles: int, page: bool) -> None:
     """
     if page and find_spec("plotly") is None:
         raise click.ClickException("no page without plotly: pip install redundancy[html]")
-    asked = read_job(job)
+    asked = read_job(job, base, tip)
     with _naming(asked):
         chart = map_job(asked, angles)
     free = asked.task.kind == "axisymmetric"
@@ -194,15 +217,22 @@ def list_robots() -> None:
 @click.argument("robot")
 @click.option("--starts", default=32, show_default=True, type=click.IntRange(1), help="Starts of the minimisation.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="Seed of the random starts.")
-def length(robot: str, starts: int, seed: int) -> None:
+@_rows
+@_base
+@_tip
+def length(robot: str, starts: int, seed: int, rows: str | None, base: str | None, tip: str | None) -> None:
     """Find the characteristic length of ROBOT (a name, or a .toml or .urdf file), and the posture it belongs to."""
-    model = robots.find(robot)
-    found = minimum_condition_posture(model, starts=starts, rows=model.rows_in_use(), seed=seed, progress=True)
+    model = robots.find(robot, base=base, tip=tip)
+    chosen = rows_for(model, model.fk(model.middle)[:3, 2], _parse_rows(rows))
+    # Rows of one unit have nothing that a length would make comparable.
+    fixed = None if mixed(chosen) else 1.0
+    found = minimum_condition_posture(model, length=fixed, starts=starts, rows=chosen, seed=seed, progress=True)
     _print_pairs(
         model.name,
         {
-            "characteristic length": f"{1000.0 * found.length:.6f} mm",
+            "characteristic length": f"{1000.0 * found.length:.6f} mm" if fixed is None else "none: rows of one unit",
             "condition number kappa_F": f"{found.condition_number:.9f}",
+            **_told(model, chosen),
             "posture": _readable(model, found.q),
             "within limits": "yes" if found.within_limits else "no",
             "status": f"{found.status} after {found.iterations} iterations, best of {starts} starts",
@@ -214,29 +244,43 @@ def length(robot: str, starts: int, seed: int) -> None:
 @click.argument("robot")
 @click.option("--q", "joints", metavar="Q1,Q2,...", help="Joints [deg; mm where prismatic]; the middle if left out.")
 @click.option("--length", "millimetres", type=float, help="Length [mm]; that of least kappa_F if left out.")
-def posture(robot: str, joints: str | None, millimetres: float | None) -> None:
+@click.option("--controller", is_flag=True, help="Whether joints are those of the robot's controller, given and told.")
+@_rows
+@_base
+@_tip
+def posture(
+    robot: str,
+    joints: str | None,
+    millimetres: float | None,
+    rows: str | None,
+    base: str | None,
+    tip: str | None,
+    controller: bool,
+) -> None:
     """Tell what a posture of ROBOT (a name, or a .toml or .urdf file) is worth."""
-    model = robots.find(robot)
-    q = model.middle if joints is None else _parse_joints(model, joints)
-    rows = model.rows_in_use()
-    best = characteristic_length(model, q, rows)
+    model = robots.find(robot, base=base, tip=tip)
+    whose: Joints = "controller" if controller else "robot"
+    q = model.middle if joints is None else _parse_joints(model, joints, whose)
+    chosen = rows_for(model, model.fk(q)[:3, 2], _parse_rows(rows))
+    best = characteristic_length(model, q, chosen)
     length = millimetres / 1000.0 if millimetres is not None else best if np.isfinite(best) else 1.0
-    condition = ConditionNumber(length, rows=rows)
-    spectral = ConditionNumber(length, "spectral", rows)
+    condition = ConditionNumber(length, rows=chosen)
+    spectral = ConditionNumber(length, "spectral", chosen)
     position = 1000.0 * model.fk(q)[:3, 3]
     _print_pairs(
         model.name,
         {
-            "posture": _readable(model, q),
+            "posture": _readable(model, q, whose),
             "tool point": f"{position[0]:.3f}, {position[1]:.3f}, {position[2]:.3f} mm",
+            **_told(model, chosen),
             "within limits": _verdict(model, q),
             "length": f"{1000.0 * length:.4f} mm",
             "length of least kappa_F here": f"{1000.0 * best:.4f} mm" if np.isfinite(best) else "none, singular",
             "condition number kappa_F": f"{condition.evaluate(model, q, 0):.9g}",
             "condition number kappa_2": f"{spectral.evaluate(model, q, 0):.9g}",
-            "smallest singular value": f"{SmallestSingularValue(length, rows).evaluate(model, q, 0):.9g} m",
-            "manipulability (length 1 m)": f"{Manipulability(1.0, rows).evaluate(model, q, 0):.9g}",
-            "singularity parameter (length 1 m)": f"{SingularityParameter(1.0, rows).evaluate(model, q, 0):.9g}",
+            "smallest singular value": f"{SmallestSingularValue(length, chosen).evaluate(model, q, 0):.9g} m",
+            "manipulability (length 1 m)": f"{Manipulability(1.0, chosen).evaluate(model, q, 0):.9g}",
+            "singularity parameter (length 1 m)": f"{SingularityParameter(1.0, chosen).evaluate(model, q, 0):.9g}",
             "status": condition.status(model, q),
         },
     )
@@ -270,11 +314,12 @@ def _print(table: Table) -> None:
     Console(markup=False, highlight=False).print(table)
 
 
-def _readable(robot: Robot, q: F64) -> str:
+def _readable(robot: Robot, q: F64, joints: Joints = "robot") -> str:
     """Return joint coordinates as people read them: degrees, millimetres."""
-    if "P" not in robot.joints:
+    kinds, q = kinds_of(robot, joints), coordinates_of(robot, q, joints)
+    if "P" not in kinds:
         return ", ".join(f"{x:.4f}" for x in np.rad2deg(q).tolist()) + " deg"
-    values = zip(robot.joints, q.tolist(), strict=True)
+    values = zip(kinds, q.tolist(), strict=True)
     return ", ".join(f"{1000.0 * x:.3f} mm" if kind == "P" else f"{np.rad2deg(x):.4f} deg" for kind, x in values)
 
 
@@ -283,10 +328,25 @@ def _verdict(model: Robot, q: F64) -> str:
         return "yes"
     if model.with_limits(coupled=[]).within_limits(q):
         return "no, a combination of joints is beyond"
-    return f"no, joint {int(np.argmin(np.minimum(q - model.q_min, model.q_max - q))) + 1} is beyond"
+    return f"no, {model.joint_label(int(np.argmin(np.minimum(q - model.q_min, model.q_max - q))))} is beyond"
 
 
-def _parse_joints(robot: Robot, text: str) -> F64:
+def _told(model: Robot, rows: list[int]) -> dict[str, str]:
+    """Say which rows count where these are not all that the robot moves in; name joints that have names."""
+    told = {} if rows == model.rows_in_use() else {"rows": ", ".join(map(str, rows))}
+    named = any(model.joint_label(i) != f"joint {i + 1}" for i in range(model.n))
+    return told | ({"joints": ", ".join(model.joint_names)} if named else {})
+
+
+def _parse_rows(text: str | None) -> list[int] | None:
+    """Read rows as people write them: numbers, commas or blanks between."""
+    try:
+        return None if text is None else [int(word) for word in text.replace(",", " ").split()]
+    except ValueError:
+        raise click.BadParameter(f"{text!r}, expected numbers from 0 to 5", param_hint="--rows") from None
+
+
+def _parse_joints(robot: Robot, text: str, joints: Joints = "robot") -> F64:
     """Read joint coordinates as people write them: degrees, millimetres, commas or blanks between."""
     try:
         numbers = np.array([float(word) for word in text.replace(",", " ").split()])
@@ -294,4 +354,5 @@ def _parse_joints(robot: Robot, text: str) -> F64:
         raise click.BadParameter(f"{text!r}, expected numbers separated by commas", param_hint="--q") from None
     if len(numbers) != robot.n or not np.isfinite(numbers).all():
         raise click.BadParameter(f"{text!r}, expected {robot.n} finite numbers", param_hint="--q")
-    return np.where([kind == "P" for kind in robot.joints], numbers / 1000.0, np.deg2rad(numbers))
+    given = np.where([kind == "P" for kind in kinds_of(robot, joints)], numbers / 1000.0, np.deg2rad(numbers))
+    return given if joints == "robot" else np.asarray(robot.controller.to_robot(given))

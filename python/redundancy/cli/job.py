@@ -3,9 +3,12 @@
 ::
 
     robot = "fanuc_m710ic50_milling"     # a packaged robot, or a .toml or .urdf file beside the job file
+    # tip = "tool0"                      # of a .urdf file the last link, and base the first; or all of it in one table:
+    # robot = { file = "ur5.urdf", tip = "tool0", base = "base_link", limits = { elbow = [-3.0, 3.0] } }
 
     [objective]
     length_mm = 485.5933                 # characteristic length (or length, in m); the robot's own if left out
+    rows = [0, 1, 2, 3, 4, 5]            # of the Jacobian, [omega; v] in the base frame; found if left out
     weights = { condition_number_squared = 1.0 }
 
     [task]
@@ -31,6 +34,7 @@
 
     [output]
     frame = "tool"                       # whose poses RobotMaster gets; or "flange"
+    joints = "robot"                     # whose joints columns and pictures have; or "controller"
 """
 
 from dataclasses import dataclass
@@ -48,10 +52,12 @@ from .._core import (
     Robot,
     Task,
 )
+from .._util import JOINTS, Joints
 from ..design import minimum_condition_posture
-from ..errors import RedundancyError
+from ..errors import InvalidValueError, RedundancyError
 from ..files import FRAMES, Table, read_document
 from ..paths import Toolpath, path_of_table
+from .freedom import mixed, possible, rows_for
 from .plan_table import PlanTable, read_plan
 
 Frame: TypeAlias = Literal["tool", "flange"]
@@ -71,19 +77,23 @@ class Job:
     path: Toolpath
     plan: PlanTable
     frame: Frame
+    rows: list[int]
+    joints: Joints = "robot"
 
     def solver(self) -> OrthogonalSQP:
-        """Return the solver of the job."""
-        return OrthogonalSQP(self.robot, self.task, self.objective)
+        """Return the solver of the job: for that part of its task that the joints change."""
+        return OrthogonalSQP(self.robot, possible(self.task, self.robot), self.objective)
 
 
-def read_job(file: str | Path) -> Job:
+def read_job(file: str | Path, base: str | None = None, tip: str | None = None) -> Job:
     """Read a job file.
 
     Parameters
     ----------
     file : path-like
         The file; its keys are those of this module's docstring.
+    base, tip : str, optional
+        The first and last link of its ``.urdf`` file, in place of those that it names.
 
     Returns
     -------
@@ -103,24 +113,51 @@ def read_job(file: str | Path) -> Job:
     """
     file = Path(file)
     document = read_document(file)
-    document.only("robot", "objective", "task", "path", "plan", "output")
-    robot = robots.find(document.text("robot"), file.parent)
+    document.only("robot", "base", "tip", "objective", "task", "path", "plan", "output")
+    robot = _robot(document, file.parent, base, tip)
     task = _task(document.table("task"))
     path = path_of_table(document.table("path"), file)
-    length, weights = _objective(document.table("objective"))
+    length, weights, rows = _objective(document.table("objective"))
     plan = read_plan(document.table("plan"), robot, file.parent)
-    frame = _frame(document.table("output"))
+    frame, joints = _output(document.table("output"))
     try:
-        job = Job(file, robot, weighted_sum(weights, length, robot), _in_words(weights), task, path, plan, frame)
+        rows = rows_for(robot, path.axis.mean(axis=0), rows)
+        objective = weighted_sum(weights, length, robot, rows)
+        job = Job(file, robot, objective, _in_words(weights), task, path, plan, frame, rows, joints)
         # What does not fit together shows here, while the file is known.
         job.solver()
-        path.targets(task)
+        path.targets(job.solver().task)
     except RedundancyError as error:
         raise document.fail(str(error)) from error
     return job
 
 
-def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) -> Objective:
+def _robot(document: Table, folder: Path, base: str | None, tip: str | None) -> Robot:
+    """Return the robot: a name or a file, or a table with the links and limits of a ``.urdf`` file."""
+    named = document.data.get("robot")
+    table = document.table("robot") if isinstance(named, dict) else document
+    key = "file" if isinstance(named, dict) else "robot"
+    if isinstance(named, dict):
+        table.only("file", "base", "tip", "limits")
+        for link in ("base", "tip"):
+            if link in document:
+                raise document.error(link, "none beside a table robot, which has its own")
+    text = table.text(key)
+    base, tip = (
+        given if given is not None or link not in table else table.text(link)
+        for link, given in (("base", base), ("tip", tip))
+    )
+    try:
+        if key == "file" and "limits" in table:
+            return Robot.from_urdf(folder / text, base, tip, limits=table.table("limits").data)
+        return robots.find(text, folder, base, tip)
+    except InvalidValueError as error:
+        raise document.fail(str(error)) from error
+
+
+def weighted_sum(
+    weights: dict[str, float], length: float | None, robot: Robot, rows: list[int] | None = None
+) -> Objective:
     """Return the weighted sum of indices by their names in job files.
 
     Parameters
@@ -131,6 +168,8 @@ def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) 
         Characteristic length [m]; the robot's own if None.
     robot : Robot
         The robot.
+    rows : list of int, optional
+        Rows of the Jacobian that count; those in use if not given.
 
     Returns
     -------
@@ -142,7 +181,9 @@ def weighted_sum(weights: dict[str, float], length: float | None, robot: Robot) 
     InvalidValueError
         If the length is not positive, or the indices are not defined for the robot.
     """
-    rows = robot.rows_in_use()
+    rows = robot.rows_in_use() if rows is None else rows
+    if length is None and not mixed(rows):
+        length = 1.0
     if length is None:
         length = minimum_condition_posture(robot, starts=16, rows=rows).length
     return reduce(add, (weight * _term(name, length, rows) for name, weight in weights.items()))
@@ -154,18 +195,22 @@ def _in_words(weights: dict[str, float]) -> str:
     return " + ".join(name if weight == 1.0 else f"{weight:g} {name}" for weight, name in terms) or "0"
 
 
-def _objective(table: Table) -> tuple[float | None, dict[str, float]]:
-    table.only("length", "length_mm", "weights")
+def _objective(table: Table) -> tuple[float | None, dict[str, float], list[int] | None]:
+    table.only("length", "length_mm", "rows", "weights")
     weights = table.table("weights")
     weights.only(*_WEIGHTS)
-    return table.length("length"), {key: weights.number(key) for key in weights.data} or {
-        "condition_number_squared": 1.0
-    }
+    rows = table.data.get("rows")
+    if rows is not None and not (isinstance(rows, list) and all(type(row) is int for row in rows)):
+        raise table.error("rows", "a list of rows from 0 to 5")
+    read = {key: weights.number(key) for key in weights.data}
+    return table.length("length"), read or {"condition_number_squared": 1.0}, rows
 
 
-def _frame(table: Table) -> Frame:
-    table.only("frame")
-    return cast("Frame", table.text("frame", FRAMES[0], FRAMES))
+def _output(table: Table) -> tuple[Frame, Joints]:
+    table.only("frame", "joints")
+    return cast("Frame", table.text("frame", FRAMES[0], FRAMES)), cast(
+        "Joints", table.text("joints", JOINTS[0], JOINTS)
+    )
 
 
 def _term(name: str, length: float, rows: list[int]) -> Objective:

@@ -120,11 +120,11 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Jo
         If there is no matplotlib to draw with.
     """
     with whole_files(folder) as (temporary, names):
-        write_formats(temporary, planned, job.frame)
+        write_formats(temporary, planned, job.frame, job.joints)
         if pictures:
             figures = {
                 "condition": plots.condition_along_path(planned),
-                "joints": plots.joints_against_limits(planned),
+                "joints": plots.joints_against_limits(planned, job.joints),
             }
             if chart is not None:
                 figures["spin"] = plots.spin_along_path(planned)

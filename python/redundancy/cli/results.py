@@ -8,7 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from .. import plots
-from .._util import progress_bar
+from .._util import Joints, progress_bar
 from ..files import whole_files
 from ..paths import Trajectory
 from .job import Frame
@@ -60,8 +60,8 @@ def _margin(trajectory: Trajectory) -> str:
     joint = int(np.argmin(margins.min(axis=0)))
     margin = margins[:, joint].min()
     if trajectory.robot.joints[joint] == "P":
-        return f"{1000.0 * margin:.2f} mm, joint {joint + 1}"
-    return f"{np.rad2deg(margin):.2f} deg, joint {joint + 1}"
+        return f"{1000.0 * margin:.2f} mm, {trajectory.robot.joint_label(joint)}"
+    return f"{np.rad2deg(margin):.2f} deg, {trajectory.robot.joint_label(joint)}"
 
 
 def _speed(trajectory: Trajectory) -> str:
@@ -72,7 +72,7 @@ def _speed(trajectory: Trajectory) -> str:
     joint = int(np.argmax(speed / trajectory.robot.qd_max if limited else speed))
     unit = "m/s" if trajectory.robot.joints[joint] == "P" else "rad/s"
     share = f"{100.0 * speed[joint] / trajectory.robot.qd_max[joint]:.1f} % of its limit\n" if limited else ""
-    return f"{share}{speed[joint]:.3f} {unit}, joint {joint + 1}"
+    return f"{share}{speed[joint]:.3f} {unit}, {trajectory.robot.joint_label(joint)}"
 
 
 ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {
@@ -87,7 +87,12 @@ ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {
 
 
 def write_results(
-    folder: Path, optimised: Trajectory, fixed: Trajectory | None, frame: Frame, pictures: bool
+    folder: Path,
+    optimised: Trajectory,
+    fixed: Trajectory | None,
+    frame: Frame,
+    pictures: bool,
+    joints: Joints = "robot",
 ) -> list[str]:
     """Write the trajectory in every format, and its pictures.
 
@@ -103,6 +108,8 @@ def write_results(
         Whose poses the files of poses hold.
     pictures : bool
         Whether to draw.
+    joints : {"robot", "controller"}
+        Whose joints columns and pictures have.
 
     Returns
     -------
@@ -117,16 +124,16 @@ def write_results(
         If there is no matplotlib to draw with.
     """
     with whole_files(folder) as (temporary, names):
-        write_formats(temporary, optimised, frame)
+        write_formats(temporary, optimised, frame, joints)
         if pictures:
-            _draw(temporary, optimised, fixed)
+            _draw(temporary, optimised, fixed, joints)
     return names
 
 
-def write_formats(folder: Path, trajectory: Trajectory, frame: Frame) -> None:
-    """Write a trajectory in every format, poses as those of a frame."""
+def write_formats(folder: Path, trajectory: Trajectory, frame: Frame, joints: Joints = "robot") -> None:
+    """Write a trajectory in every format, poses as those of a frame, joints as the robot or its controller has them."""
     for ending in ("csv", "json"):
-        trajectory.write(folder / f"trajectory.{ending}")
+        trajectory.write(folder / f"trajectory.{ending}", joints=joints)
     trajectory.write(folder / "trajectory.pathx", frame)
 
 
@@ -138,10 +145,10 @@ def save_figures(folder: Path, figures: dict[str, "Figure"]) -> None:
             advance(1)
 
 
-def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None) -> None:
+def _draw(folder: Path, optimised: Trajectory, fixed: Trajectory | None, joints: Joints) -> None:
     figures = {
         "condition": plots.condition_along_path(optimised, fixed),
-        "joints": plots.joints_against_limits(optimised),
+        "joints": plots.joints_against_limits(optimised, joints),
     }
     if fixed is not None:
         figures["spin"] = plots.spin_along_path(optimised)

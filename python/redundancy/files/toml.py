@@ -93,6 +93,21 @@ class Table:
             raise self.error(key, "a table")
         return Table(value, self.fail, f"{self.path}.{key}" if self.path else key)
 
+    def tables(self, key: str) -> "list[Table]":
+        """Read an array of tables; an absent one is empty."""
+        value = self.data.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+            raise self.error(key, "an array of tables")
+        path = f"{self.path}.{key}" if self.path else key
+        return [Table(entry, self.fail, f"{path}[{i}]") for i, entry in enumerate(value)]
+
+    def texts(self, key: str) -> list[str]:
+        """Read an array of strings."""
+        value = self.data.get(key)
+        if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
+            raise self.error(key, "an array of strings")
+        return value
+
     def text(self, key: str, default: str | None = None, choices: tuple[str, ...] = ()) -> str:
         """Read a string, one of ``choices`` if these are given."""
         value = self.data.get(key, default)

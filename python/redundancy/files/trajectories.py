@@ -10,7 +10,7 @@ from typing import Any, Final, Protocol, TypeAlias
 import numpy as np
 
 from .._core import Robot
-from .._util import F64
+from .._util import F64, Joints, checked_joints, coordinates_of, kinds_of
 from ..errors import InvalidValueError, ToolpathError
 from .text import fault_in, parse_json, read_text
 
@@ -145,27 +145,43 @@ class TrajectoryColumns:
         condition, value, position_error, axis_error = (self.values[name] for name in WORTH)
         return condition, value, position_error, axis_error
 
-    def joints(self, joints: str) -> F64:
-        """Return the columns of a robot's joints, one letter each ("R", "P") [rad or m], shape (N, n).
+    def joints(self, robot: Robot) -> F64:
+        """Return the postures of a robot [rad or m], shape (N, n), from its own joints or those of its controller.
 
         Raises
         ------
         ToolpathError
             If the file has others, or a number is not finite.
         """
-        expected, have = joint_names(joints), [name for name in self.values if name.startswith("q")]
-        if have != expected:
+        others = {*POINT, *WORTH, TIME, "point"}
+        have = [name for name in self.values if name not in others]
+        expected = joint_names(robot, "robot")
+        theirs = have == joint_names(robot, "controller")
+        if have != expected and not theirs:
             message = f"joints are {', '.join(have) or 'none'}, expected {', '.join(expected)}"
             raise ToolpathError(message, self.file)
-        q = np.stack([self.values[name] for name in expected], axis=1)
+        q = np.stack([self.values[name] for name in have], axis=1)
         if not np.isfinite(q).all():
             raise ToolpathError("expected columns of equally many numbers, finite ones for the joints", self.file)
-        return q
+        return np.asarray(robot.controller.to_robot(_from_readable(robot, q))) if theirs else q
 
 
-def joint_names(joints: str) -> list[str]:
-    """Return the names of the columns of joints, which are letters "R" and "P"."""
-    return [f"q{i}_{'rad' if kind == 'R' else 'm'}" for i, kind in enumerate(joints, 1)]
+def joint_names(robot: Robot, joints: Joints) -> list[str]:
+    """Return the names of the columns of joints: q1_rad, or the controller's own names in deg and mm."""
+    if joints == "robot":
+        return [f"q{i}_{'rad' if kind == 'R' else 'm'}" for i, kind in enumerate(robot.joints, 1)]
+    kinds = zip(robot.controller.names, kinds_of(robot, joints), strict=True)
+    return [f"{name}_{'deg' if kind == 'R' else 'mm'}" for name, kind in kinds]
+
+
+def _to_readable(robot: Robot, p: F64) -> F64:
+    """Return coordinates of the controller in deg and mm."""
+    return np.where([kind == "R" for kind in kinds_of(robot, "controller")], np.rad2deg(p), 1000.0 * p)
+
+
+def _from_readable(robot: Robot, p: F64) -> F64:
+    """Return coordinates of the controller in rad and m."""
+    return np.where([kind == "R" for kind in kinds_of(robot, "controller")], np.deg2rad(p), p / 1000.0)
 
 
 def read_trajectory(file: Path) -> TrajectoryColumns:
@@ -237,9 +253,9 @@ def _from_json(file: Path, text: str) -> _Content:
     return columns, [str(state) for state in status], content
 
 
-def to_csv(trajectory: Written) -> str:
+def to_csv(trajectory: Written, joints: Joints = "robot") -> str:
     """Return a header with units, then one line a point."""
-    columns = _columns(trajectory)
+    columns = _columns(trajectory, joints)
     out = StringIO()
     out.write(",".join(["point", *columns, "status"]) + "\n")
     rows = np.stack(list(columns.values()), axis=1).tolist()
@@ -248,18 +264,22 @@ def to_csv(trajectory: Written) -> str:
     return out.getvalue()
 
 
-def to_json(trajectory: Written) -> str:
+def to_json(trajectory: Written, joints: Joints = "robot") -> str:
     """Return an object of columns with units, and what sums them up; null where a number is not finite."""
     content: dict[str, Any] = {
         "robot": trajectory.robot.name,
         "joints": trajectory.robot.joints,
+        "joint_names": trajectory.robot.joint_names,
+        "coordinates": joints,
         "points": len(trajectory),
         "length_m": trajectory.length,
         "max_condition_number": _finite(trajectory.max_condition_number),
         "mean_condition_number": _finite(trajectory.mean_condition_number),
         "limit_margin": _finite(trajectory.limit_margin),
         "max_joint_speed": trajectory.max_joint_speed,
-        "columns": {name: [_finite(x) for x in column.tolist()] for name, column in _columns(trajectory).items()},
+        "columns": {
+            name: [_finite(x) for x in column.tolist()] for name, column in _columns(trajectory, joints).items()
+        },
         "status": trajectory.status,
     }
     return json.dumps(content, indent=1, allow_nan=False) + "\n"
@@ -310,9 +330,10 @@ def euler_xyz(rotation: F64) -> F64:
     return np.stack([a, b, c], axis=1)
 
 
-def _columns(trajectory: Written) -> dict[str, F64]:
+def _columns(trajectory: Written, joints: Joints) -> dict[str, F64]:
+    robot, q = trajectory.robot, coordinates_of(trajectory.robot, trajectory.q, joints)
     columns: dict[str, F64] = {} if trajectory.time is None else {TIME: trajectory.time}
-    columns |= zip(joint_names(trajectory.robot.joints), trajectory.q.T, strict=True)
+    columns |= zip(joint_names(robot, joints), (q if joints == "robot" else _to_readable(robot, q)).T, strict=True)
     worth = (trajectory.condition_number, trajectory.value, trajectory.position_error, trajectory.axis_error)
     columns |= zip(WORTH, worth, strict=True)
     return columns | dict(zip(POINT, (*trajectory.path.position.T, *trajectory.path.axis.T), strict=True))
@@ -322,10 +343,14 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-FORMATS: Final[dict[str, Callable[[Written], str]]] = {".csv": to_csv, ".json": to_json, ".pathx": to_pathx}
+FORMATS: Final[dict[str, Callable[[Written, str, Joints], str]]] = {
+    ".csv": lambda trajectory, _, joints: to_csv(trajectory, joints),
+    ".json": lambda trajectory, _, joints: to_json(trajectory, joints),
+    ".pathx": lambda trajectory, frame, _: to_pathx(trajectory, frame),
+}
 
 
-def formatted(trajectory: Written, file: Path, frame: str) -> str:
+def formatted(trajectory: Written, file: Path, frame: str, joints: str = "robot") -> str:
     """Return a trajectory as the text of a file; see `Trajectory.write`.
 
     Parameters
@@ -336,6 +361,8 @@ def formatted(trajectory: Written, file: Path, frame: str) -> str:
         Its ending tells the format.
     frame : str
         One of `FRAMES`; other than the first for ``.pathx`` alone.
+    joints : {"robot", "controller"}
+        Whose joints; the robot's for ``.pathx``, which has none.
 
     Returns
     -------
@@ -345,7 +372,7 @@ def formatted(trajectory: Written, file: Path, frame: str) -> str:
     Raises
     ------
     InvalidValueError
-        If there is no such format or frame, or that format does not have that frame.
+        If there is no such format, frame or kind of joints, or that format does not have it.
     """
     ending = file.suffix.lower()
     if ending not in FORMATS:
@@ -354,4 +381,7 @@ def formatted(trajectory: Written, file: Path, frame: str) -> str:
     known = FRAMES if poses else FRAMES[:1]
     if frame not in known:
         raise InvalidValueError(f"frame is {frame!r}, expected {' or '.join(map(repr, known))} for a {ending} file")
-    return to_pathx(trajectory, frame) if poses else FORMATS[ending](trajectory)
+    whose = checked_joints(joints)
+    if poses and whose != "robot":
+        raise InvalidValueError(f"joints is {joints!r}, expected 'robot' for a {ending} file, which has poses alone")
+    return FORMATS[ending](trajectory, frame, whose)

@@ -217,8 +217,8 @@ def _ring(target: F64, axis: F64) -> list[F64]:
 
 
 def _largest(robot: Robot, off: F64) -> F64:
-    """Return the largest of each posture's differences in the joints, whole turns of revolute ones aside."""
-    turns = np.where([letter == "R" for letter in robot.joints], np.round(off / (2.0 * np.pi)), 0.0)
+    """Return the largest of each posture's differences in the joints, whole turns aside."""
+    turns = np.where(robot.periodic, np.round(off / (2.0 * np.pi)), 0.0)
     return np.asarray(np.abs(off - 2.0 * np.pi * turns).max(axis=-1))
 
 
@@ -237,9 +237,9 @@ def _distinct(robot: Robot, postures: list[F64]) -> list[F64]:
 def _with_turns(robot: Robot, q: F64, turns: int) -> list[F64]:
     """Return a posture, then its copies within the limits by whole turns of joints that have limits."""
     choices, alone = [], robot.with_limits(coupled=[])
-    for joint, letter in enumerate(robot.joints):
+    for joint, periodic in enumerate(robot.periodic):
         bounded = np.isfinite(robot.q_max[joint] - robot.q_min[joint])
-        most = turns if letter == "R" and bounded else 0
+        most = turns if periodic and bounded else 0
         shifts = 2.0 * np.pi * np.array([k for k in range(-most, most + 1) if k != 0])
         copies = np.tile(robot.middle, (len(shifts), 1))
         copies[:, joint] = q[joint] + shifts

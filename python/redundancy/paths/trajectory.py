@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import plots, robots
 from .._core import PathData, Robot
-from .._util import F64
+from .._util import F64, Joints
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import TrajectoryColumns, formatted, read_trajectory, write_atomically
 from .toolpath import Toolpath
@@ -134,7 +134,8 @@ class Trajectory:
         file : path-like
             ``.json`` or, with any other ending, CSV.
         robot : Robot, optional
-            Whose trajectory it is; if not given, the packaged robot that the file names, as ``.json`` does.
+            Whose trajectory it is; if not given, the packaged robot that the file names, as ``.json`` does. Joints of
+            the controller become the robot's by `Robot.controller`.
 
         Returns
         -------
@@ -160,14 +161,14 @@ class Trajectory:
                 raise InvalidValueError(f"{file} does not name its robot, expected the argument robot")
             robot = robots.get(columns.robot)
             _check_tool(robot, columns)
-        q = columns.joints(robot.joints)
+        q = columns.joints(robot)
         try:
             path = Toolpath(columns.position, columns.axis, time=columns.time)
         except RedundancyError as error:
             raise ToolpathError(str(error), columns.file) from None
         return Trajectory(robot, path, q, *columns.worth, columns.status, columns.length)
 
-    def write(self, file: str | Path, frame: Literal["tool", "flange"] = "tool") -> None:
+    def write(self, file: str | Path, frame: Literal["tool", "flange"] = "tool", joints: Joints = "robot") -> None:
         """Write the trajectory.
 
         Parameters
@@ -182,23 +183,30 @@ class Trajectory:
             Whose poses a ``.pathx`` file holds: those of the tool frame, or those of the flange, without the tool. The
             program of appendix A writes the last frame of the DH table, whose origin is at the tip of the tool and
             which does not turn with the milling axis: "flange" for ``fanuc_m710ic50_milling``.
+        joints : {"robot", "controller"}
+            Whose joints the columns of a ``.csv`` or ``.json`` file are: the robot's own, ``q1_rad`` ..., or those that
+            its controller shows (`Robot.controller`), by their names in deg (mm where prismatic), ``J1_deg`` ....
+            `read` knows both.
 
         Raises
         ------
         InvalidValueError
-            If the file's ending or the frame is another, or the frame is not the tool's in a file without poses.
+            If the file's ending, the frame or ``joints`` is another, the frame is not the tool's in a file without
+            poses, or the joints are the controller's in a file without joints.
         OSError
             If the file cannot be written.
         """
-        write_atomically(file, formatted(self, Path(file), frame))
+        write_atomically(file, formatted(self, Path(file), frame, joints))
 
-    def plot(self, path: str | Path | None = None) -> "Figure":
+    def plot(self, path: str | Path | None = None, joints: Joints = "robot") -> "Figure":
         """Draw condition number, joints in their ranges and spin, one above the other.
 
         Parameters
         ----------
         path : path-like, optional
             Where to save the picture (``.png``, ``.svg``, ``.pdf``); nowhere if not given.
+        joints : {"robot", "controller"}
+            Whose joints are drawn.
 
         Returns
         -------
@@ -210,11 +218,11 @@ class Trajectory:
         ImportError
             If matplotlib is not installed.
         """
-        return plots.saved(plots.overview(self), path)
+        return plots.saved(plots.overview(self, joints), path)
 
 
 def _check_tool(robot: Robot, columns: TrajectoryColumns) -> None:
     """Refuse a robot of the right name with another tool or base than the one that was written."""
-    distance = np.linalg.norm(robot.fk(columns.joints(robot.joints))[:, :3, 3] - columns.position, axis=1)
+    distance = np.linalg.norm(robot.fk(columns.joints(robot))[:, :3, 3] - columns.position, axis=1)
     if (np.abs(distance - columns.worth[2]) > _SAME_TOOL).any():
         raise ToolpathError(f"not of the packaged {robot.name}: its tool is elsewhere; give the robot", columns.file)

@@ -52,7 +52,7 @@ class Plan(Trajectory):
         if self.objective is not None and np.isfinite(self.value).any():
             words.append(f"worst value {np.nanmax(self.value):.6g}")
         if self.failure is not None:
-            words.append(str(self.failure))
+            words.append(self.failure.told(self.robot))
         return f"Plan({', '.join(words)})"
 
     @property

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._util import F64
+from .._util import F64, Joints, checked_joints, coordinates_of, kinds_of, limits_of, names_of
 from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
-from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl
+from .style import STYLE, Axes, Figure, legend_beside, log_if_long, marker, mpl, plain
 from .subject import Course
 
 
@@ -31,13 +31,15 @@ def condition_along_path(optimised: Course, fixed: Course | None = None) -> Figu
     return figure
 
 
-def joints_against_limits(trajectory: Course) -> Figure:
+def joints_against_limits(trajectory: Course, joints: Joints = "robot") -> Figure:
     """Draw every joint with its limits.
 
     Parameters
     ----------
     trajectory : Course
         The trajectory.
+    joints : {"robot", "controller"}
+        Whose joints are drawn; one of the controller's that several of the robot's move has no limits of its own.
 
     Returns
     -------
@@ -52,7 +54,7 @@ def joints_against_limits(trajectory: Course) -> Figure:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel()
         for i, panel in enumerate(panels):
             if i < n:
-                _draw_joint(panel, trajectory, i)
+                _draw_joint(panel, trajectory, i, checked_joints(joints))
             else:
                 panel.set_visible(False)
             if n - columns <= i < n:
@@ -81,13 +83,15 @@ def spin_along_path(trajectory: Course) -> Figure:
     return figure
 
 
-def overview(trajectory: Course) -> Figure:
+def overview(trajectory: Course, joints: Joints = "robot") -> Figure:
     """Draw condition number, joints in their ranges and spin, one above the other.
 
     Parameters
     ----------
     trajectory : Course
         The trajectory.
+    joints : {"robot", "controller"}
+        Whose joints are drawn; those without limits are not.
 
     Returns
     -------
@@ -96,11 +100,11 @@ def overview(trajectory: Course) -> Figure:
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.0, 7.0), layout="constrained")
-        condition, joints, spin = figure.subplots(3, 1, sharex=True)
+        condition, ranges, spin = figure.subplots(3, 1, sharex=True)
         _draw_condition(condition, trajectory, None)
-        _draw_ranges(joints, trajectory)
+        _draw_ranges(ranges, trajectory, checked_joints(joints))
         _draw_spin(spin, trajectory)
-        for panel in (condition, joints):
+        for panel in (condition, ranges):
             panel.set_xlabel("")
         figure.align_ylabels()
     return figure
@@ -148,19 +152,20 @@ def _draw_spin(axes: Axes, trajectory: Course) -> None:
     _fit(axes, trajectory)
 
 
-def _shown(trajectory: Course, joint: int) -> tuple[Callable[[F64], F64], str]:
-    """Return the conversion to what people read, and its unit."""
-    if trajectory.robot.joints[joint] == "R":
+def _shown(kind: str) -> tuple[Callable[[F64], F64], str]:
+    """Return the conversion of a joint of a kind to what people read, and its unit."""
+    if kind == "R":
         return np.rad2deg, "deg"
     return (lambda metres: 1000.0 * metres), "mm"
 
 
-def _draw_joint(axes: Axes, trajectory: Course, joint: int) -> None:
-    convert, unit = _shown(trajectory, joint)
+def _draw_joint(axes: Axes, trajectory: Course, joint: int, joints: Joints) -> None:
+    robot = trajectory.robot
+    convert, unit = _shown(kinds_of(robot, joints)[joint])
     x, _ = _abscissa(trajectory)
-    q = convert(trajectory.q[:, joint])
+    q = convert(coordinates_of(robot, trajectory.q, joints)[:, joint])
     axes.plot(x, q, marker=marker(x), color=BLUE)
-    low, high = (float(convert(limit[joint])) for limit in (trajectory.robot.q_min, trajectory.robot.q_max))
+    low, high = (float(convert(limit[joint])) for limit in limits_of(robot, joints))
     bounded = np.isfinite([low, high]).all()
     reach = high - low if bounded else max(float(np.ptp(q)), 1.0)
     bottom = min(low if np.isfinite(low) else q.min(), q.min()) - 0.08 * reach
@@ -169,7 +174,7 @@ def _draw_joint(axes: Axes, trajectory: Course, joint: int) -> None:
         if np.isfinite(limit):
             axes.axhspan(limit, edge, color=ORANGE, alpha=0.25, linewidth=0.0)
             axes.axhline(limit, color=ORANGE, linewidth=1.0)
-    axes.set(ylim=(bottom, top), ylabel=f"joint {joint + 1} [{unit}]")
+    axes.set(ylim=(bottom, top), ylabel=f"{plain(names_of(robot, joints)[joint])} [{unit}]")
     if unit == "deg":
         axes.yaxis.set_major_locator(mpl.ticker.MultipleLocator(_angle_step(top - bottom)))
     _fit(axes, trajectory)
@@ -181,14 +186,16 @@ def _angle_step(span: float) -> float:
     return next((step for step in steps if span <= 7.0 * step), 720.0)
 
 
-def _draw_ranges(axes: Axes, trajectory: Course) -> None:
+def _draw_ranges(axes: Axes, trajectory: Course, joints: Joints) -> None:
     robot, (x, label) = trajectory.robot, _abscissa(trajectory)
-    bounded = np.isfinite(robot.q_min) & np.isfinite(robot.q_max)
+    (low, high), names = limits_of(robot, joints), names_of(robot, joints)
+    q = coordinates_of(robot, trajectory.q, joints)
+    bounded = np.isfinite(low) & np.isfinite(high)
     colors = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, BLACK)
     for i in np.flatnonzero(bounded):
-        share = 200.0 * (trajectory.q[:, i] - robot.q_min[i]) / (robot.q_max[i] - robot.q_min[i]) - 100.0
+        share = 200.0 * (q[:, i] - low[i]) / (high[i] - low[i]) - 100.0
         style = "-" if i < len(colors) else "--"
-        axes.plot(x, share, style, marker=marker(x), color=colors[i % len(colors)], label=f"joint {i + 1}")
+        axes.plot(x, share, style, marker=marker(x), color=colors[i % len(colors)], label=plain(names[i]))
     for limit in (-100.0, 100.0):
         axes.axhline(limit, color=BLACK, linewidth=1.0, linestyle=":")
     axes.set(xlabel=label, ylabel="place in the joint's range\n[%, limits at ±100]", ylim=(-108.0, 108.0))

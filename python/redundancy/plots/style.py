@@ -20,7 +20,7 @@ from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 
 __all__ = ["BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "SKY", "STYLE"]
 __all__ += ["Axes", "Axes3D", "Figure", "Poly3DCollection", "mpl"]
-__all__ += ["legend_beside", "log_if_long", "marker", "save", "saved"]
+__all__ += ["legend_beside", "log_if_long", "marker", "plain", "save", "saved"]
 
 STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
@@ -42,6 +42,11 @@ STYLE: Final[dict[Any, Any]] = {
 def marker(x: F64) -> str:
     """Return the marker of a curve over x: one point alone would not show without."""
     return "o" if len(x) == 1 else ""
+
+
+def plain(name: str) -> str:
+    """Return a name that is shown as it is: matplotlib reads formulas between dollars, and hides what begins with _."""
+    return f"\N{ZERO WIDTH SPACE}{name}".replace("$", r"\$") if name.startswith("_") else name.replace("$", r"\$")
 
 
 def log_if_long(axes: Axes, values: F64) -> None:

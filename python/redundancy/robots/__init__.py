@@ -1,7 +1,7 @@
 """Named robots, and robots in TOML files.
 
-A robot file holds ``name``, ``joints`` (one letter each, R or P), ``convention`` ("standard" or "modified"
-Denavit-Hartenberg, or "links"), and the tables
+A robot file holds ``name``, ``joints`` (one letter each, R or P), ``joint_names`` if they have any, ``convention``
+("standard" or "modified" Denavit-Hartenberg, or "links"), and the tables
 
 - ``[units]``: ``length`` "m" or "mm", ``angle`` "rad" or "deg"; SI where absent;
 - ``[dh]``: ``a``, ``d``, ``alpha``, ``theta``, one number a joint; or, for "links", ``[links]``: ``matrices``
@@ -10,7 +10,13 @@ Denavit-Hartenberg, or "links"), and the tables
 - ``[limits]``: ``q_min``, ``q_max``, ``qd_max``, ``qdd_max``; ``inf`` where a joint has none, and no key where no joint
   has one; ``coupled``: limits on combinations of joints, ``[{row = [0, 1, 1, 0, 0, 0], low = -10.0, high = 150.0}]``,
   one number a joint, in the unit of the first joint that counts; ``low`` or ``high`` may be left out;
-- ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4).
+- ``[tool]``, ``[base]``: ``position`` and ``rpy`` (about the fixed axes x, y, z, in this order), or ``matrix`` (4 x 4);
+- ``[[mimic]]``, one for each joint that follows another: ``joint``, ``driver`` (counted from 1 along ``joints``),
+  ``factor`` (in SI units: rad or m of the joint a rad or m of the driver) and ``offset``. Letters of ``joints`` beyond
+  the table are joints off the chain that only drive; limits are one a letter;
+- ``[controller]``, joints as the robot's controller has them, ``p = matrix q + offset`` (see `Robot.with_controller`):
+  ``names``, ``offset``, and ``matrix`` (n x n, in SI units) or ``signs`` and ``coupling``, which holds
+  ``[joint, with, factor]``: joint (of the controller, counted from 1) moves with joint ``with`` of the robot, too.
 
 Strings ``description`` and ``source`` are for people.
 """
@@ -22,7 +28,7 @@ from pathlib import Path
 import tomli_w
 
 from .._core import Robot
-from ..errors import ModelError, UnknownRobotError
+from ..errors import InvalidValueError, ModelError, UnknownRobotError
 from ..files import Table, parse_toml, write_atomically
 from .cells import on_rail, with_turntable
 from .document import to_document, to_robot
@@ -130,7 +136,7 @@ def save(robot: Robot, path: str | Path) -> None:
     write_atomically(path, tomli_w.dumps(to_document(robot)))
 
 
-def find(text: str, folder: str | Path = ".") -> Robot:
+def find(text: str, folder: str | Path = ".", base: str | None = None, tip: str | None = None) -> Robot:
     """Return the robot that a job file or a command line names.
 
     Parameters
@@ -139,6 +145,8 @@ def find(text: str, folder: str | Path = ".") -> Robot:
         A packaged name, or a file that ends in ``.toml`` or ``.urdf``.
     folder : path-like
         What a relative file is relative to.
+    base, tip : str, optional
+        The first and last link of a ``.urdf`` file, as for `Robot.from_urdf`.
 
     Returns
     -------
@@ -149,8 +157,13 @@ def find(text: str, folder: str | Path = ".") -> Robot:
     ------
     UnknownRobotError, ModelError, OSError
         As `get`, `load` and `Robot.from_urdf`.
+    InvalidValueError
+        If a link of another robot is named, or one that the file has not.
     """
     file = Path(folder, text)
-    if file.suffix == ".toml":
-        return load(file)
-    return Robot.from_urdf(file) if file.suffix == ".urdf" else get(text)
+    if file.suffix.lower() == ".urdf":
+        return Robot.from_urdf(file, base, tip)
+    for name, link in (("base", base), ("tip", tip)):
+        if link is not None:
+            raise InvalidValueError(f"{name} is {link!r}, expected none: {text} is no .urdf file, whose links it names")
+    return load(file) if file.suffix == ".toml" else get(text)

@@ -49,7 +49,9 @@ def on_rail(robot: Robot, direction: ArrayLike, q_min: float, q_max: float, qd_m
     x = perpendicular(z)
     rail = np.eye(4)
     rail[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    return _with_first_joint(robot, "P", rail, np.linalg.inv(rail) @ robot.base, (q_min, q_max, qd_max), "on a rail")
+    return _with_first_joint(
+        robot, "P", rail, np.linalg.inv(rail) @ robot.base, (q_min, q_max, qd_max), "rail", "on a rail"
+    )
 
 
 def with_turntable(robot: Robot, table: ArrayLike, q_min: float, q_max: float, qd_max: float = np.inf) -> Robot:
@@ -87,24 +89,35 @@ def with_turntable(robot: Robot, table: ArrayLike, q_min: float, q_max: float, q
     """
     frame = checked("table", table, (4, 4))
     to_robot = _OVER @ np.linalg.inv(frame) @ robot.base
-    return _with_first_joint(robot, "R", _OVER, to_robot, (q_min, q_max, qd_max), "with a turntable")
+    return _with_first_joint(robot, "R", _OVER, to_robot, (q_min, q_max, qd_max), "turntable", "with a turntable")
 
 
 def _with_first_joint(
-    robot: Robot, letter: str, before: F64, after: F64, limits: tuple[float, float, float], how: str
+    robot: Robot, letter: str, before: F64, after: F64, limits: tuple[float, float, float], name: str, how: str
 ) -> Robot:
     links = robot.links.copy()
     links[0] = after @ links[0]
     low, high, speed = limits
-    return Robot.from_links(
+    while name in robot.joint_names:
+        name = f"outer {name}"
+    longer = Robot.from_links(
         np.concatenate([before[None], links]),
         robot.flange,
-        letter + robot.joints,
+        letter + robot.chain,
         tool=robot.tool,
+        name=f"{robot.name} {how}",
+        joint_names=[name, *robot.joint_names],
+        mimic={i + 1: (driver + 1, factor, offset) for i, (driver, factor, offset) in robot.mimic.items()} or None,
+    ).with_limits(
         q_min=np.concatenate([[low], robot.q_min]),
         q_max=np.concatenate([[high], robot.q_max]),
         qd_max=np.concatenate([[speed], robot.qd_max]),
         qdd_max=np.concatenate([[np.inf], robot.qdd_max]),
-        name=f"{robot.name} {how}",
         coupled=[({joint + 1: c for joint, c in row.items()}, low, high) for row, low, high in robot.coupled_limits],
     )
+    own = robot.controller
+    if own == robot.with_controller().controller:
+        return longer
+    matrix = np.eye(robot.n + 1)
+    matrix[1:, 1:] = own.matrix
+    return longer.with_controller(matrix, np.concatenate([[0.0], own.offset]), names=["E1", *own.names])

@@ -14,8 +14,8 @@ CONVENTIONS: Final = ("standard", "modified", "links")
 LIMITS: Final = ("q_min", "q_max", "qd_max", "qdd_max")
 _OPEN: Final = (("low", -np.inf), ("high", np.inf))
 KEYS: Final = (
-    *("name", "description", "source", "convention", "joints"),
-    *("units", "dh", "links", "limits", "tool", "base"),
+    *("name", "description", "source", "convention", "joints", "joint_names"),
+    *("units", "dh", "links", "limits", "tool", "base", "mimic", "controller"),
 )
 
 
@@ -75,11 +75,25 @@ def to_robot(document: Table) -> Robot:
     rest: dict[str, Any] = {key: _frame(document, key, units) for key in ("tool", "base")}
     rest |= {"name": document.text("name"), "joints": joints} | _limits(document.table("limits"), joints, units)
     linked = convention == "links"
-    chain = _links(document, len(joints), units) if linked else _dh(document, len(joints), units)
+    mimic = _mimic(document, joints, units)
+    m = len(joints) - _off_chain(document, linked, len(joints)) if mimic else len(joints)
+    chain = _links(document, m, units) if linked else _dh(document, m, units)
+    rest |= {"mimic": mimic} if mimic else {}
+    if "joint_names" in document:
+        rest["joint_names"] = _names(document, len(joints) - len(mimic or {}))
     try:
-        return Robot.from_links(**chain, **rest) if linked else Robot.from_dh(**chain, convention=convention, **rest)
+        robot = Robot.from_links(**chain, **rest) if linked else Robot.from_dh(**chain, convention=convention, **rest)
+        map_to_controller = _controller(document.table("controller"), robot, units)
+        return robot.with_controller(**map_to_controller) if map_to_controller else robot
     except RedundancyError as error:
         raise document.fail(str(error)) from error
+
+
+def _names(document: Table, n: int) -> list[str]:
+    names = document.data["joint_names"]
+    if not (isinstance(names, list) and len(names) == n and all(isinstance(name, str) for name in names)):
+        raise document.error("joint_names", f"{n} strings, one for each joint")
+    return names
 
 
 def _dh(document: Table, n: int, units: Units) -> dict[str, Any]:
@@ -130,6 +144,50 @@ def _coupled(table: Table, joints: str, units: Units) -> list[tuple[dict[int, fl
         terms = {int(j): float(of_file[j] * (scale / unit[j])) for j in used}
         coupled.append((terms, float(low * scale), float(high * scale)))
     return coupled
+
+
+def _off_chain(document: Table, linked: bool, letters: int) -> int:
+    """Return how many letters there are beyond the table of the chain."""
+    rows = document.table("links").data.get("matrices") if linked else document.table("dh").data.get("a")
+    return max(letters - len(rows), 0) if isinstance(rows, list) else 0
+
+
+def _mimic(document: Table, joints: str, units: Units) -> dict[int, tuple[int, float, float]]:
+    """Read the joints that follow others, counted from 0."""
+    mimic = {}
+    for table in document.tables("mimic"):
+        table.only("joint", "driver", "factor", "offset")
+        joint, driver = (_joint(table, key, len(joints)) for key in ("joint", "driver"))
+        offset = units.joint(np.array([table.number("offset", 0.0)]), joints[joint])
+        mimic[joint] = (driver, table.number("factor", 1.0), float(offset[0]))
+    return mimic
+
+
+def _joint(table: Table, key: str, n: int) -> int:
+    joint = table.integer(key, least=1)
+    if joint > n:
+        raise table.error(key, f"a joint from 1 to {n}")
+    return joint - 1
+
+
+def _controller(table: Table, robot: Robot, units: Units) -> dict[str, Any]:
+    """Read the arguments of `Robot.with_controller`."""
+    table.only("names", "offset", "matrix", "signs", "coupling")
+    n, given = robot.n, dict[str, Any]()
+    if "names" in table:
+        given["names"] = table.texts("names")
+    if "offset" in table:
+        given["offset"] = units.joint(table.array("offset", (n,)), robot.joints)
+    for key, shape in (("matrix", (n, n)), ("signs", (n,))):
+        if key in table:
+            given[key] = table.array(key, shape)
+    if "coupling" in table:
+        rows = table.data["coupling"]
+        entries = table.array("coupling", (len(rows) if isinstance(rows, list) else 1, 3))
+        if not all(float(x).is_integer() and 1 <= x <= n for x in entries[:, :2].ravel()):
+            raise table.error("coupling", f"[joint, with, factor] with joints from 1 to {n}")
+        given["coupling"] = {(int(i) - 1, int(k) - 1): float(factor) for i, k, factor in entries}
+    return given
 
 
 def _frame(document: Table, key: str, units: Units) -> F64 | None:
@@ -191,14 +249,16 @@ def to_document(robot: Robot) -> dict[str, Any]:
     document: dict[str, Any] = {
         "name": robot.name,
         "convention": "links" if dh is None else dh["convention"],
-        "joints": robot.joints,
+        "joints": robot.chain,
         "units": {"length": "m", "angle": "rad"},
     }
+    if any(robot.joint_label(i) != f"joint {i + 1}" for i in range(robot.n)):
+        document["joint_names"] = list(robot.joint_names)
     if dh is None:
         document["links"] = {"matrices": robot.links.tolist(), "flange": robot.flange.tolist()}
     else:
         document["dh"] = {key: dh[key].tolist() for key in ("a", "d", "alpha", "theta")}
-    limits = {key: getattr(robot, key) for key in LIMITS}
+    limits = {key: _by_joint(robot, getattr(robot, key), -np.inf if key == "q_min" else np.inf) for key in LIMITS}
     document["limits"] = {key: values.tolist() for key, values in limits.items() if np.isfinite(values).any()}
     if robot.coupled_limits:
         document["limits"]["coupled"] = [
@@ -209,4 +269,29 @@ def to_document(robot: Robot) -> dict[str, Any]:
     for key, frame in (("tool", robot.tool), ("base", robot.base)):
         if not np.array_equal(frame, np.eye(4)):
             document[key] = {"matrix": frame.tolist()}
+    document |= _followers(robot) | _map_to_controller(robot)
     return document
+
+
+def _by_joint(robot: Robot, values: F64, none: float) -> F64:
+    """Return values of coordinates as values of all joints; none for those that follow others."""
+    wide = np.full(len(robot.chain), none)
+    wide[robot.coordinates] = values
+    return wide
+
+
+def _followers(robot: Robot) -> dict[str, Any]:
+    keys = ("driver", "factor", "offset")
+    rows = [
+        {"joint": joint + 1, **dict(zip(keys, (driver + 1, *rest), strict=True))}
+        for joint, (driver, *rest) in robot.mimic.items()
+    ]
+    return {"mimic": rows} if rows else {}
+
+
+def _map_to_controller(robot: Robot) -> dict[str, Any]:
+    controller = robot.controller
+    if controller == robot.with_controller().controller:
+        return {}
+    matrix, offset = controller.matrix.tolist(), controller.offset.tolist()
+    return {"controller": {"names": controller.names, "offset": offset, "matrix": matrix}}

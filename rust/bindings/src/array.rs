@@ -235,11 +235,16 @@ pub fn read_list(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 
 /// A 4 x 4 matrix by rows.
 pub fn read_matrix(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    read_square(name, value, 4)
+}
+
+/// An n x n matrix by rows.
+pub fn read_square(name: &str, value: &Bound<'_, PyAny>, n: usize) -> PyResult<Vec<f64>> {
     let (numbers, shape) = read_any(name, value)?;
-    if shape == [4, 4] {
+    if shape == [n, n] {
         Ok(numbers)
     } else {
-        Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(4, 4)".into() }.into())
+        Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: format!("({n}, {n})") }.into())
     }
 }
 

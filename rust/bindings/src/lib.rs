@@ -59,6 +59,8 @@ mod _core {
     #[pymodule_export]
     use super::robot::PyRobot;
     #[pymodule_export]
+    use super::robot::controller::PyController;
+    #[pymodule_export]
     use super::task::PyTask;
 
     #[pymodule_init]

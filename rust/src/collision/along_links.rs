@@ -16,7 +16,7 @@ const COINCIDENT: f64 = 1e-6;
 pub fn capsules_along_links(robot: &Robot, radius: f64) -> Result<Vec<Body>> {
     check_positive("radius", radius)?;
     let mut bodies = Vec::new();
-    let n = robot.n();
+    let n = robot.links().len();
     for k in 0..=n {
         let end = match k {
             0 => robot.bare_links()[0].origin,

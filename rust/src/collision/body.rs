@@ -19,13 +19,13 @@ pub enum Mount {
 }
 
 impl Mount {
-    /// How many joints move it, the first ones.
+    /// How many joints of the chain move it, the first ones.
     #[inline]
     pub fn joints(self, robot: &Robot) -> usize {
         match self {
             Self::Base => 0,
             Self::Link(k) => k + 1,
-            Self::Tool => robot.n(),
+            Self::Tool => robot.chain().len(),
         }
     }
 
@@ -35,7 +35,7 @@ impl Mount {
         match self {
             Self::Base => *robot.base(),
             Self::Link(k) => links[k],
-            Self::Tool => links[robot.n() - 1].compose(robot.end()),
+            Self::Tool => links[robot.chain().len() - 1].compose(robot.end()),
         }
     }
 }
@@ -57,8 +57,8 @@ impl Body {
     pub(super) fn check(&self, robot: &Robot) -> Result<()> {
         check_pose(&format!("pose of body {:?}", self.name), &self.pose)?;
         match self.mount {
-            Mount::Link(k) if k >= robot.n() => {
-                Err(Error::value(&format!("link of body {:?}", self.name), k, &format!("links from 0 to {}", robot.n() - 1)))
+            Mount::Link(k) if k >= robot.chain().len() => {
+                Err(Error::value(&format!("link of body {:?}", self.name), k, &format!("links from 0 to {}", robot.chain().len() - 1)))
             }
             _ => Ok(()),
         }

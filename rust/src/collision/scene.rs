@@ -178,11 +178,12 @@ impl Scene {
         let (sign, p) = if first > second { (-1.0, p1) } else { (1.0, p2) };
         for i in first.min(second)..first.max(second) {
             let (axis, origin) = (links[i].axes[2], links[i].origin);
-            let velocity = match self.robot.joints()[i] {
+            let velocity = match self.robot.chain()[i] {
                 Joint::Revolute => cross(axis, sub(p, origin)),
                 Joint::Prismatic => axis,
             };
-            found.row[i] = sign * dot(n, velocity);
+            let (coordinate, factor) = self.robot.moved_by(i);
+            found.row[coordinate] += sign * factor * dot(n, velocity);
         }
     }
 }

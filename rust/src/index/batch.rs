@@ -109,7 +109,7 @@ impl Objective {
 
 fn many<const C: usize>(objective: &Objective, robot: &Robot, q: &[f64], with_length: bool, out: &mut Answers) {
     let lanes = objective.terms().iter().all(|(_, index)| matches!(index, Index::OfJacobian(index) if index.kind.has_lanes()));
-    if with_length || out.order() == Order::Hessian || !lanes {
+    if with_length || out.order() == Order::Hessian || !lanes || robot.coupling().is_some() {
         return objective.one_by_one::<C>(robot, q, with_length, out);
     }
     #[cfg(target_arch = "x86_64")]

@@ -138,9 +138,8 @@ impl<const C: usize> Directions<C> {
     fn fill(&mut self, factored: &Factored<C, f64>, rows: &Rows, jacobian: &Jacobian<C>, m: usize) {
         let n = jacobian.n();
         let (pt, jt) = (transposed(&factored.p, m), transposed(&factored.jn, m));
+        rows.derivatives(jacobian, &pt, m, &mut self.dj, &mut self.omega);
         for k in 0..n {
-            rows.normalised_derivative(jacobian, k, &mut self.dj[k]);
-            rows.omega(&self.dj[k], &pt, k, m, &mut self.omega[k]);
             let product = multiply(&factored.w, &self.omega[k], m);
             for r in 0..m {
                 for c in 0..m {

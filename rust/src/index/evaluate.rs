@@ -1,7 +1,7 @@
 //! What an index answers, and how its derivatives with respect to the Jacobian become derivatives with respect to the joints.
 
 use super::rows::Rows;
-use crate::kinematics::sized::{Jacobian, pull_back, pull_back_second};
+use crate::kinematics::sized::{Jacobian, pull_back, pull_back_of, pull_back_second};
 use crate::linalg::Row6;
 use crate::linalg::real::Real;
 
@@ -294,7 +294,7 @@ fn add_hessian<const C: usize, I: JacobianIndex + ?Sized>(
     }
 }
 
-/// Values and gradients of the postures side by side, added with a weight to `value` and `gradient`.
+/// Values and gradients of the postures side by side, of a robot without joints that follow others, added with a weight to `value` and `gradient`.
 #[inline(always)]
 pub fn add_first_order<const C: usize, T: Real, I: FirstOrder<T>>(
     index: &I,
@@ -329,7 +329,7 @@ fn add_rows<const C: usize, T: Real, I: FirstOrder<T>>(
     let weight = T::splat(weight);
     *value += weight * T::from_lanes(|lane| if singular[lane] { index.limit() } else { own.lane(lane) });
     if order >= Order::Gradient {
-        let pulled = pull_back(jacobian, &index.slope(&factors, n, m));
+        let pulled = pull_back_of(jacobian, &index.slope(&factors, n, m));
         for k in 0..n {
             let entry = slope * pulled[k];
             gradient[k] += weight * T::from_lanes(|lane| if singular[lane] { f64::NAN } else { entry.lane(lane) });

@@ -82,9 +82,8 @@ impl JacobianIndex for Manipulability {
         let mut dj = [[[0.0; 6]; C]; C];
         let mut omega = [[[0.0; 6]; 6]; C];
         let mut turned = [[[0.0; 6]; 6]; C];
+        self.rows.derivatives(jacobian, &pt, m, &mut dj, &mut omega);
         for k in 0..n {
-            self.rows.normalised_derivative(jacobian, k, &mut dj[k]);
-            self.rows.omega(&dj[k], &pt, k, m, &mut omega[k]);
             turned[k] = transposed(&omega[k], m);
         }
         for k in 0..n {

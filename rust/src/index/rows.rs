@@ -68,21 +68,78 @@ impl Rows {
     /// `dJ_n/dq_k` by columns, into a zeroed `out`.
     #[inline(always)]
     pub(super) fn normalised_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
+        match jacobian.coupled() {
+            None => self.free_derivative(jacobian, k, out),
+            Some(coupled) => self.scaled(&coupled.derivative(k), out),
+        }
+    }
+
+    /// The same where no joint follows another.
+    #[inline(always)]
+    fn free_derivative<const C: usize>(&self, jacobian: &Jacobian<C>, k: usize, out: &mut [Row6; C]) {
         for i in 0..jacobian.n() {
-            let column = derivative_column(jacobian, k, i);
-            if self.count == 6 {
-                out[i] = std::array::from_fn(|r| if r < 3 { self.length * column[r] } else { column[r] });
-            } else {
-                for (r, row) in self.indices().iter().enumerate() {
-                    out[i][r] = self.scale(*row) * column[*row];
-                }
+            self.put(&derivative_column(jacobian, k, i), &mut out[i]);
+        }
+    }
+
+    /// The rows in use of a column, scaled.
+    #[inline(always)]
+    fn put(&self, column: &Row6, out: &mut Row6) {
+        if self.count == 6 {
+            *out = std::array::from_fn(|r| if r < 3 { self.length * column[r] } else { column[r] });
+        } else {
+            for (r, row) in self.indices().iter().enumerate() {
+                out[r] = self.scale(*row) * column[*row];
             }
         }
     }
 
-    /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k.
+    #[cold]
+    #[inline(never)]
+    fn scaled(&self, columns: &[Row6], out: &mut [Row6]) {
+        columns.iter().zip(out).for_each(|(column, out)| self.put(column, out));
+    }
+
+    /// `dJ_n/dq_k` by columns for every k, and `Omega_k = dJ_n/dq_k P`, both into zeroed ones, P by joints.
     #[inline(always)]
-    pub(super) fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
+    pub(super) fn derivatives<const C: usize>(
+        &self,
+        jacobian: &Jacobian<C>,
+        p: &[Row6; C],
+        m: usize,
+        dj: &mut [[Row6; C]; C],
+        omega: &mut [Mat6; C],
+    ) {
+        for k in 0..jacobian.n() {
+            self.free_derivative(jacobian, k, &mut dj[k]);
+            self.omega(&dj[k], p, k, m, &mut omega[k]);
+        }
+        // Once more where that was not it, out of the way of loops that the compiler unrolls.
+        if jacobian.coupled().is_some() {
+            self.coupled_derivatives(jacobian, p, m, dj, omega);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn coupled_derivatives<const C: usize>(
+        &self,
+        jacobian: &Jacobian<C>,
+        p: &[Row6; C],
+        m: usize,
+        dj: &mut [[Row6; C]; C],
+        omega: &mut [Mat6; C],
+    ) {
+        for k in 0..jacobian.n() {
+            self.normalised_derivative(jacobian, k, &mut dj[k]);
+            omega[k] = [[0.0; 6]; 6];
+            product(&dj[k], p, m, &mut omega[k]);
+        }
+    }
+
+    /// Adds `Omega_k = dJ_n/dq_k P`, from both by joints, to `out`; the angular part of dJ_i/dq_k vanishes for i <= k where no joint follows another.
+    #[inline(always)]
+    fn omega<const C: usize>(&self, dj: &[Row6; C], p: &[Row6; C], k: usize, m: usize, out: &mut Mat6) {
         let angular = if m == 6 { 3 } else { self.angular() };
         for r in 0..m {
             for i in if r < angular { k + 1 } else { 0 }..C {
@@ -126,5 +183,17 @@ impl Rows {
             }
         }
         out
+    }
+}
+
+/// Adds `dJ P`.
+#[inline(never)]
+fn product(dj: &[Row6], p: &[Row6], m: usize, out: &mut Mat6) {
+    for (dj, p) in dj.iter().zip(p) {
+        for r in 0..m {
+            for c in 0..6 {
+                out[r][c] += dj[r] * p[c];
+            }
+        }
     }
 }

@@ -128,7 +128,11 @@ impl Postures {
         let mut kept = Self { n: self.n, q: Vec::new(), singular: Vec::new(), complete: self.complete };
         let is_turning = |i: usize| {
             let is_bounded = |(low, high): (f64, f64)| low.is_finite() && high.is_finite();
-            turns && i < self.n && is_bounded(robot.limits().range(i)) && !fixed.iter().any(|(joint, _)| *joint == i)
+            turns
+                && i < self.n
+                && robot.is_periodic(i)
+                && is_bounded(robot.limits().range(i))
+                && !fixed.iter().any(|(joint, _)| *joint == i)
         };
         let turning: [bool; MAX_JOINTS] = std::array::from_fn(is_turning);
         for (row, flag) in self.rows().zip(&self.singular) {

@@ -5,7 +5,7 @@ use super::forward::Jacobian;
 use crate::linalg::Row6;
 use crate::linalg::vector::{Vec3, add, cross, dot, scale};
 
-/// `dJ_i / dq_k` (3.9 to 3.22), a twist.
+/// `dJ_i / dq_k` (3.9 to 3.22), a twist, of joints that follow no others.
 #[inline(always)]
 pub fn derivative_column<const C: usize>(jacobian: &Jacobian<C>, k: usize, i: usize) -> Row6 {
     let (wk, vk, wi, vi) = (jacobian.w[k], jacobian.v[k], jacobian.w[i], jacobian.v[i]);
@@ -18,6 +18,16 @@ pub fn derivative_column<const C: usize>(jacobian: &Jacobian<C>, k: usize, i: us
 pub fn first_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]) {
     let n = jacobian.n();
     let out = &mut out[..6 * n * n];
+    if let Some(coupled) = jacobian.coupled() {
+        for k in 0..n {
+            for (i, column) in coupled.derivative(k).iter().enumerate().take(n) {
+                for r in 0..6 {
+                    out[(r * n + i) * n + k] = column[r];
+                }
+            }
+        }
+        return;
+    }
     for i in 0..n {
         for k in 0..n {
             let column = derivative_column(jacobian, k, i);
@@ -28,9 +38,9 @@ pub fn first_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64])
     }
 }
 
-/// `d2J_i / dq_k dq_l` (3.41, 3.42).
+/// `d2J_i / dq_k dq_l` (3.41, 3.42), of joints that follow no others.
 #[inline(always)]
-fn second<const C: usize>(jacobian: &Jacobian<C>, i: usize, k: usize, l: usize) -> Row6 {
+pub(super) fn second<const C: usize>(jacobian: &Jacobian<C>, i: usize, k: usize, l: usize) -> Row6 {
     let (k, l) = (k.min(l), k.max(l));
     let (w, v) = (&jacobian.w, &jacobian.v);
     let (dw, dv) = if i > l {
@@ -45,6 +55,9 @@ fn second<const C: usize>(jacobian: &Jacobian<C>, i: usize, k: usize, l: usize) 
 
 /// Writes the array of shape (6, n, n, n), `[r, i, k, l] = d2J[r, i] / dq_k dq_l`.
 pub fn second_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]) {
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.second_derivative(out);
+    }
     let n = jacobian.n();
     for i in 0..n {
         for k in 0..n {
@@ -60,9 +73,12 @@ pub fn second_derivative<const C: usize>(jacobian: &Jacobian<C>, out: &mut [f64]
 }
 
 /// The time derivative of every column of J at joint rates `rates`, by running sums (no dJ/dq is formed).
-pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> Jacobian<C> {
+pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> Jacobian<'static, C> {
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.jacobian_rate(rates);
+    }
     let n = jacobian.n();
-    let mut rate = *jacobian;
+    let mut rate = Jacobian::zero(n);
     let mut turning = [0.0; 3]; // sum of w_k qd_k over k < i
     let mut pushing = [0.0; 3]; // sum of v_k qd_k over k >= i
     for k in 0..n {
@@ -81,6 +97,9 @@ pub fn jacobian_rate<const C: usize>(jacobian: &Jacobian<C>, rates: &[f64]) -> J
 /// The second derivative of the work of a wrench [moment; force] at the tool point, `[i][k] = f . (dJ_i/dq_k + dJ_k/dq_i) / 2`.
 #[inline(never)]
 pub fn bending<const C: usize>(jacobian: &Jacobian<C>, moment: Vec3, force: Vec3) -> [[f64; C]; C] {
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.bending(moment, force);
+    }
     let n = jacobian.n();
     let mut out = [[0.0; C]; C];
     for k in 0..n {

@@ -1,5 +1,6 @@
 //! Forward kinematics and the geometric Jacobian (Leger 2014, eq. 1.2).
 
+use super::coupled::{self, Coupled};
 use crate::linalg::frame::Frame;
 use crate::linalg::real::Real;
 use crate::linalg::vector::{Vec3, cross, sub};
@@ -8,16 +9,25 @@ use crate::robot::{Joint, Robot};
 
 /// The geometric Jacobian by columns: `J_i = [w_i; v_i]`, angular part first, at the tool point, in the base frame.
 /// `w_i` is the joint's axis for a revolute joint and zero for a prismatic one, whose axis is `v_i`.
+/// Where joints of the chain follow others, a column belongs to a coordinate, and is the sum over the joints that it moves.
 #[derive(Debug, Clone, Copy)]
-pub struct Jacobian<const C: usize, T = f64> {
+pub struct Jacobian<'r, const C: usize, T = f64> {
     n: usize,
+    /// What derivatives need where joints follow others.
+    pub(super) coupled: Option<Coupled<'r, C>>,
     /// Angular part of each column.
     pub w: [Vec3<T>; C],
     /// Linear part of each column.
     pub v: [Vec3<T>; C],
 }
 
-impl<const C: usize, T: Real> Jacobian<C, T> {
+impl<const C: usize, T: Real> Jacobian<'_, C, T> {
+    /// `n` columns of zeros.
+    #[inline(always)]
+    pub(super) fn zero(n: usize) -> Self {
+        Self { n, coupled: None, w: [[T::ZERO; 3]; C], v: [[T::ZERO; 3]; C] }
+    }
+
     /// Number of columns.
     #[inline(always)]
     pub fn n(&self) -> usize {
@@ -25,7 +35,22 @@ impl<const C: usize, T: Real> Jacobian<C, T> {
     }
 }
 
-impl<const C: usize> Jacobian<C> {
+impl<'r, const C: usize> Jacobian<'r, C> {
+    /// What derivatives need where joints of the chain follow others.
+    #[inline(always)]
+    pub(crate) fn coupled(&self) -> Option<&Coupled<'r, C>> {
+        self.coupled.as_ref()
+    }
+
+    /// Holds a coordinate: its column, and what is derived from it, is zero.
+    #[inline(always)]
+    pub(crate) fn hold(&mut self, i: usize) {
+        (self.w[i], self.v[i]) = ([0.0; 3], [0.0; 3]);
+        if let Some(coupled) = &mut self.coupled {
+            coupled.hold(i);
+        }
+    }
+
     /// Column `i`.
     #[inline(always)]
     pub fn column(&self, i: usize) -> Row6 {
@@ -72,30 +97,46 @@ fn moved<T: Real>(frame: &Frame<T>, joint: Joint, q: T, sine: T, cosine: T) -> F
 /// The tool frame in the base frame.
 #[inline(always)]
 pub fn forward<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
-    forward_of::<C, f64>(robot, q)
+    match robot.coupling() {
+        None => forward_of::<C, f64>(robot, q),
+        Some(coupling) => coupled::forward(robot, coupling, q),
+    }
 }
 
-/// The same for one posture or for several side by side.
+/// The same for one posture or for several side by side, of a robot without joints that follow others.
 #[inline(always)]
 pub fn forward_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> Frame<T> {
-    let n = size::<C>(robot.n());
-    let (links, joints, q) = (&robot.links()[..n], &robot.joints()[..n], &q[..n]);
+    place::<C, T>(robot.links(), robot.joints(), robot.end(), q)
+}
+
+/// The frame at the end of a chain, from its links, its joints and where these stand.
+#[inline(always)]
+pub(super) fn place<const C: usize, T: Real>(links: &[Frame], joints: &[Joint], end: &Frame, q: &[T]) -> Frame<T> {
+    let n = size::<C>(joints.len());
+    let (links, joints, q) = (&links[..n], &joints[..n], &q[..n]);
     let (sines, cosines) = T::sin_cos::<C>(q, n);
     let mut frame = moved(&Frame::splat(&links[0]), joints[0], q[0], sines[0], cosines[0]);
     for i in 1..n {
         frame = moved(&frame.compose(&links[i]), joints[i], q[i], sines[i], cosines[i]);
     }
-    frame.compose(robot.end())
+    frame.compose(end)
 }
 
-/// The frame of every joint after its motion, for collision geometry; entries beyond the joints are the identity.
+/// The frame of every joint of the chain after its motion, for collision geometry; entries beyond the joints are the identity.
 pub fn joint_frames(robot: &Robot, q: &[f64]) -> [Frame; MAX_JOINTS] {
-    let n = robot.n();
-    let (sines, cosines) = <f64 as Real>::sin_cos::<MAX_JOINTS>(q, n);
+    match robot.coupling() {
+        None => frames_of(robot.links(), robot.joints(), q),
+        Some(coupling) => frames_of(robot.links(), coupling.joints(), &coupling.joints_at(q)),
+    }
+}
+
+#[inline(never)]
+fn frames_of(links: &[Frame], joints: &[Joint], q: &[f64]) -> [Frame; MAX_JOINTS] {
+    let (sines, cosines) = <f64 as Real>::sin_cos::<MAX_JOINTS>(q, joints.len());
     let mut frames = [Frame::IDENTITY; MAX_JOINTS];
     let mut frame = Frame::IDENTITY;
-    for i in 0..n {
-        frame = moved(&frame.compose(&robot.links()[i]), robot.joints()[i], q[i], sines[i], cosines[i]);
+    for (i, joint) in joints.iter().enumerate() {
+        frame = moved(&frame.compose(&links[i]), *joint, q[i], sines[i], cosines[i]);
         frames[i] = frame;
     }
     frames
@@ -103,25 +144,39 @@ pub fn joint_frames(robot: &Robot, q: &[f64]) -> [Frame; MAX_JOINTS] {
 
 /// The same and the tool frame last, for drawings.
 pub fn link_frames(robot: &Robot, q: &[f64]) -> Vec<Frame> {
-    let frames = joint_frames(robot, q);
-    let mut out = frames[..robot.n()].to_vec();
-    out.push(frames[robot.n() - 1].compose(robot.end()));
+    let (frames, m) = (joint_frames(robot, q), robot.links().len());
+    let mut out = frames[..m].to_vec();
+    out.push(frames[m - 1].compose(robot.end()));
     out
 }
 
 /// The tool frame and the Jacobian, in one sweep.
 #[inline(always)]
-pub fn jacobian<const C: usize>(robot: &Robot, q: &[f64]) -> (Frame, Jacobian<C>) {
-    jacobian_of::<C, f64>(robot, q)
+pub fn jacobian<'r, const C: usize>(robot: &'r Robot, q: &[f64]) -> (Frame, Jacobian<'r, C>) {
+    match robot.coupling() {
+        None => jacobian_of::<C, f64>(robot, q),
+        Some(coupling) => coupled::jacobian(robot, coupling, q),
+    }
 }
 
-/// The same for one posture or for several side by side.
+/// The same for one posture or for several side by side, of a robot without joints that follow others.
 #[inline(always)]
-pub fn jacobian_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> (Frame<T>, Jacobian<C, T>) {
-    let n = size::<C>(robot.n());
-    let (links, joints) = (&robot.links()[..n], &robot.joints()[..n]);
+pub fn jacobian_of<'r, const C: usize, T: Real>(robot: &'r Robot, q: &[T]) -> (Frame<T>, Jacobian<'r, C, T>) {
+    sweep(robot.links(), robot.joints(), robot.end(), q)
+}
+
+/// The frame at the end of a chain and the Jacobian of its joints.
+#[inline(always)]
+pub(super) fn sweep<'r, const C: usize, T: Real>(
+    links: &[Frame],
+    joints: &[Joint],
+    end: &Frame,
+    q: &[T],
+) -> (Frame<T>, Jacobian<'r, C, T>) {
+    let n = size::<C>(joints.len());
+    let (links, joints) = (&links[..n], &joints[..n]);
     let q = &q[..n];
-    let mut columns = Jacobian { n, w: [[T::ZERO; 3]; C], v: [[T::ZERO; 3]; C] };
+    let mut columns = Jacobian::zero(n);
     let mut origins = [[T::ZERO; 3]; C];
     let (sines, cosines) = T::sin_cos::<C>(q, n);
     let mut frame = Frame::splat(&links[0]);
@@ -133,7 +188,7 @@ pub fn jacobian_of<const C: usize, T: Real>(robot: &Robot, q: &[T]) -> (Frame<T>
         origins[i] = frame.origin;
         frame = moved(&frame, joints[i], q[i], sines[i], cosines[i]);
     }
-    let tool = frame.compose(robot.end());
+    let tool = frame.compose(end);
     for i in 0..n {
         match joints[i] {
             Joint::Revolute => columns.v[i] = cross(columns.w[i], sub(tool.origin, origins[i])),

@@ -18,6 +18,7 @@
 //! # Ok::<(), redundancy::error::Error>(())
 //! ```
 
+mod coupled;
 mod derivatives;
 mod forward;
 mod pullback;
@@ -33,11 +34,11 @@ use crate::robot::Robot;
 pub(crate) mod sized {
     pub use crate::kinematics::derivatives::{bending, derivative_column, first_derivative, jacobian_rate, second_derivative};
     pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
-    pub use crate::kinematics::pullback::{pull_back, pull_back_second};
+    pub use crate::kinematics::pullback::{pull_back, pull_back_of, pull_back_second};
 }
 
 /// The geometric Jacobian of a robot by columns; those beyond its joints are zero.
-pub type Jacobian = sized::Jacobian<MAX_JOINTS>;
+pub type Jacobian<'r> = sized::Jacobian<'r, MAX_JOINTS>;
 
 /// The tool frame in the base frame.
 pub fn forward(robot: &Robot, q: &[f64]) -> Result<Frame> {
@@ -53,35 +54,41 @@ fn tool<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
 /// Writes the tool frame in the base frame as a homogeneous matrix by rows, shape (4, 4).
 pub fn forward_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
     fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64; 16]) {
-        sized::forward::<C>(robot, q).write_matrix(out);
+        sized::forward_of::<C, f64>(robot, q).write_matrix(out);
     }
     check_length("q", q, robot.n())?;
     check_length("out", out, 16)?;
     if let Ok(out) = out.try_into() {
-        with_capacity!(q.len(), kernel(robot, q, out));
+        match robot.coupling() {
+            None => with_capacity!(q.len(), kernel(robot, q, out)),
+            Some(coupling) => coupled::forward(robot, coupling, q).write_matrix(out),
+        }
     }
     Ok(())
 }
 
 /// The tool frame and the Jacobian, in one sweep.
-pub fn jacobian(robot: &Robot, q: &[f64]) -> Result<(Frame, Jacobian)> {
+pub fn jacobian<'r>(robot: &'r Robot, q: &[f64]) -> Result<(Frame, Jacobian<'r>)> {
     check_length("q", q, robot.n())?;
     Ok(jacobian_at(robot, q))
 }
 
 /// The same for callers that have checked the length: one copy of it, for what is not in a hurry.
 #[inline(never)]
-pub(crate) fn jacobian_at(robot: &Robot, q: &[f64]) -> (Frame, Jacobian) {
+pub(crate) fn jacobian_at<'r>(robot: &'r Robot, q: &[f64]) -> (Frame, Jacobian<'r>) {
     sized::jacobian(robot, q)
 }
 
 /// Writes the Jacobian by rows, shape (6, n).
 pub fn jacobian_into(robot: &Robot, q: &[f64], out: &mut [f64]) -> Result<()> {
     fn kernel<const C: usize>(robot: &Robot, q: &[f64], out: &mut [f64]) {
-        sized::jacobian::<C>(robot, q).1.write(out);
+        sized::jacobian_of::<C, f64>(robot, q).1.write(out);
     }
     check(robot, q, 1, out)?;
-    with_capacity!(q.len(), kernel(robot, q, out));
+    match robot.coupling() {
+        None => with_capacity!(q.len(), kernel(robot, q, out)),
+        Some(coupling) => coupled::jacobian::<MAX_JOINTS>(robot, coupling, q).1.write(out),
+    }
     Ok(())
 }
 
@@ -116,7 +123,7 @@ pub fn jacobian_rate(robot: &Robot, q: &[f64], rates: &[f64], out: &mut [f64]) -
     Ok(())
 }
 
-/// The frame of every joint after its motion, and the tool frame last, in the base frame.
+/// The frame of every joint of the chain after its motion, those that follow others among them, and the tool frame last, in the base frame.
 pub fn link_frames(robot: &Robot, q: &[f64]) -> Result<Vec<Frame>> {
     check_length("q", q, robot.n())?;
     Ok(sized::link_frames(robot, q))

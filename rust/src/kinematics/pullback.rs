@@ -39,7 +39,16 @@ fn trace(m: &Mat3) -> f64 {
 
 /// `g_k = <Y, dJ/dq_k>`: `w_k . sum_{i>k} (w_i x y_w + v_i x y_v) + v_k . sum_{i<=k} (y_v x w_i)`.
 #[inline(always)]
-pub fn pull_back<const C: usize, T: Real>(jacobian: &Jacobian<C, T>, y: &[Row6<T>; C]) -> [T; C] {
+pub fn pull_back<const C: usize>(jacobian: &Jacobian<C>, y: &[Row6; C]) -> [f64; C] {
+    match jacobian.coupled() {
+        None => pull_back_of(jacobian, y),
+        Some(coupled) => coupled.pull_back(y),
+    }
+}
+
+/// The same for one posture or for several side by side, of joints that follow no others.
+#[inline(always)]
+pub fn pull_back_of<const C: usize, T: Real>(jacobian: &Jacobian<C, T>, y: &[Row6<T>; C]) -> [T; C] {
     let n = jacobian.n();
     let mut gradient = [T::ZERO; C];
     let mut inner = [T::ZERO; 3];
@@ -62,6 +71,9 @@ pub fn pull_back<const C: usize, T: Real>(jacobian: &Jacobian<C, T>, y: &[Row6<T
 /// `(sum y_v x w_i) . (w_k x v_l)`.
 #[inline(always)]
 pub fn pull_back_second<const C: usize>(jacobian: &Jacobian<C>, y: &[Row6; C], hessian: &mut [[f64; C]; C]) {
+    if let Some(coupled) = jacobian.coupled() {
+        return coupled.pull_back_second(y, hessian);
+    }
     let n = jacobian.n();
     let (w, v) = (&jacobian.w, &jacobian.v);
 

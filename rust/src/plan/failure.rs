@@ -126,13 +126,21 @@ impl PlanFailure {
     }
 }
 
-impl fmt::Display for PlanFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl PlanFailure {
+    /// In words, with the name of the joint as the robot has it.
+    pub fn told(&self, robot: &Robot) -> String {
+        let mut words = String::new();
+        // Writing to a string does not fail.
+        let _ = self.tell(&mut words, |joint| robot.joint_label(joint));
+        words
+    }
+
+    fn tell(&self, f: &mut dyn fmt::Write, label: impl Fn(usize) -> String) -> fmt::Result {
         write!(f, "point {}: {}", self.point, self.cause.name())?;
         let Some(joint) = &self.joint else { return f.write_str(self.cause.detail()) };
         match &joint.combination {
             Some(combination) => write!(f, " of {combination}")?,
-            None => write!(f, " of joint {}", joint.number + 1)?,
+            None => write!(f, " of {}", label(joint.number))?,
         }
         if !joint.excess.is_finite() {
             return Ok(());
@@ -144,5 +152,11 @@ impl fmt::Display for PlanFailure {
             _ if joint.slides => write!(f, ", which would have to go about {} mm beyond it", three_digits(1000.0 * joint.excess)),
             _ => write!(f, ", which would have to go about {} deg beyond it", three_digits(joint.excess.to_degrees())),
         }
+    }
+}
+
+impl fmt::Display for PlanFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.tell(f, |joint| format!("joint {}", joint + 1))
     }
 }

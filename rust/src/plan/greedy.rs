@@ -26,7 +26,7 @@ pub(super) fn or_followed(problem: &PathProblem, parts: Vec<Part>, most: usize, 
     if problem.closed {
         let n = problem.n();
         let last = q.len() - n;
-        for k in 0..n {
+        for k in (0..n).filter(|k| problem.robot.is_periodic(*k)) {
             q[last + k] = q[k] + TAU * ((q[last + k] - q[k]) / TAU).round_ties_even();
         }
     }

@@ -48,8 +48,8 @@ pub struct SpareGrid {
 }
 
 impl SpareGrid {
-    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide beside six that turn and those without which
-    /// the rest has a closed form.
+    /// Over `n_spare` values of each of the joints `spare`; if these are not given, of those that slide, or that others follow, beside six that turn, and those
+    /// without which the rest has a closed form.
     ///
     /// # Errors
     /// [`Error::Value`] if what is left does not fit the task, or a joint slides without limits.
@@ -105,11 +105,11 @@ fn fits(robot: &Robot, rest: &Robot, task: &Task) -> bool {
     can_spin(rest, task) == spins && cell_task(spins, task).rank(rest) == rest.n()
 }
 
-/// The joints to hold: all that slide beside six that turn, and those without which the rest has a closed form.
+/// The joints to hold: all that slide, or that others follow, beside six that turn, and those without which the rest has a closed form.
 fn choice(robot: &Robot, task: &Task) -> Result<Vec<usize>> {
     let n = robot.n();
-    let of_kind = |kind: Joint| (0..n).filter(move |&i| robot.joints()[i] == kind).collect::<Vec<_>>();
-    let (sliding, turning) = (of_kind(Joint::Prismatic), of_kind(Joint::Revolute));
+    let turns = |i: &usize| robot.joints()[*i] == Joint::Revolute && !robot.drives(*i);
+    let (turning, sliding): (Vec<usize>, Vec<usize>) = (0..n).partition(turns);
     let (always, among, count) = match turning.len().checked_sub(MOVING) {
         Some(count) => (sliding, turning, count),
         None => (Vec::new(), (0..n).collect(), n - cell_task(can_spin(robot, task), task).rank(robot)),

@@ -13,7 +13,7 @@ use crate::index::Objective;
 use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::robot::{AT_LIMIT, Joint, Robot};
+use crate::robot::{AT_LIMIT, Robot};
 use crate::task::Task;
 
 /// Why a cell holds no posture.
@@ -386,5 +386,5 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 /// Which joints turn far enough to come round to the same place: their whole turns are decided for the path as a whole.
 pub fn wide_joints(robot: &Robot, limits: bool) -> Vec<bool> {
     let range = |i: usize| robot.limits().q_max[i] - robot.limits().q_min[i];
-    (0..robot.n()).map(|i| robot.joints()[i] == Joint::Revolute && (!limits || range(i) >= TAU - 2.0 * AT_LIMIT)).collect()
+    (0..robot.n()).map(|i| robot.is_periodic(i) && (!limits || range(i) >= TAU - 2.0 * AT_LIMIT)).collect()
 }

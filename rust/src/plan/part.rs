@@ -114,13 +114,17 @@ fn largest_share(problem: &PathProblem, first: usize, q: &[f64]) -> f64 {
     steps.map(|((from, to), bound)| (to - from).abs() / bound).fold(0.0, f64::max)
 }
 
+/// The motion of a joint round a closed path: the whole turns nearest to what there is, none where a turn leads elsewhere.
+fn whole_turns(problem: &PathProblem, joint: usize, motion: f64) -> f64 {
+    if problem.robot.is_periodic(joint) { TAU * (motion / TAU).round_ties_even() } else { 0.0 }
+}
+
 fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     hooks.go_on()?;
     let n = problem.n();
     let count = q.len() / n;
     let closing = problem.closed && count == problem.points() && count > 2;
-    let turns: Option<Vec<f64>> =
-        closing.then(|| (0..n).map(|k| TAU * ((q[(count - 1) * n + k] - q[k]) / TAU).round_ties_even()).collect());
+    let turns: Option<Vec<f64>> = closing.then(|| (0..n).map(|k| whole_turns(problem, k, q[(count - 1) * n + k] - q[k])).collect());
     let mut start = q.to_vec();
     if !problem.restored(first, &mut start).into_iter().all(|reached| reached) {
         start.copy_from_slice(q);

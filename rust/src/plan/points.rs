@@ -17,7 +17,7 @@ const SINGULAR: f64 = 1e-9;
 
 /// All that is known of one point.
 #[derive(Debug, Clone)]
-pub struct Point<const C: usize> {
+pub struct Point<'r, const C: usize> {
     /// Posture.
     pub q: [f64; C],
     /// Objective with derivatives.
@@ -25,7 +25,7 @@ pub struct Point<const C: usize> {
     /// Orthonormal basis of the free motion.
     pub basis: [[f64; C]; C],
     pseudo_inverse: Rows6<C>,
-    jacobian: Jacobian<C>,
+    jacobian: Jacobian<'r, C>,
     constraint: Constraint,
     spin_axis: Vec3,
 }
@@ -61,7 +61,7 @@ impl PathProblem {
     }
 
     /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
-    pub(super) fn points_at<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<C>>> {
+    pub(super) fn points_at<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<'_, C>>> {
         if q.len() < PARALLEL {
             q.iter().map(|q| self.point(q)).collect()
         } else {
@@ -69,7 +69,7 @@ impl PathProblem {
         }
     }
 
-    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<C>> {
+    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<'_, C>> {
         let n = size::<C>(self.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
         let constraint = Constraint::of(&self.task.directions(&tool, self.length));
@@ -94,7 +94,7 @@ impl PathProblem {
     }
 }
 
-impl<const C: usize> Point<C> {
+impl<const C: usize> Point<'_, C> {
     /// How the spin changes with the joints.
     pub fn spin_gradient(&self) -> [f64; C] {
         self.jacobian.w.map(|w| dot(self.spin_axis, w))

@@ -142,7 +142,8 @@ fn first_failure(
     }
     let is_turn = |k: usize| {
         let turns = (plan.q[(count - 1) * n + k] - plan.q[k]) / TAU;
-        (turns - turns.round_ties_even()).abs() <= ON_PATH
+        let whole = if problem.robot.is_periodic(k) { turns.round_ties_even() } else { 0.0 };
+        (turns - whole).abs() <= ON_PATH
     };
     if problem.closed && failures.is_empty() && !(0..n).all(is_turn) {
         failures.push(PlanFailure::at(count - 1, FailureCause::NotClosed));

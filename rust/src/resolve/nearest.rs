@@ -40,7 +40,7 @@ const LEAST_DAMPING: f64 = 1e-12;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asked<'a, const C: usize> {
     /// Jacobian.
-    pub jacobian: &'a Jacobian<C>,
+    pub jacobian: &'a Jacobian<'a, C>,
     /// The task's directions.
     pub directions: &'a Directions,
     /// The task's Jacobian by rows.

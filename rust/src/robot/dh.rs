@@ -1,6 +1,6 @@
 //! Denavit-Hartenberg tables, standard (distal) and modified (proximal).
 
-use super::{Joint, Robot, parse_joints};
+use super::{Joint, MovingJoint, Robot, check_lengths, parse_joints};
 use crate::error::{Error, Result, check_vector};
 use crate::linalg::frame::{Frame, exact_sin_cos};
 
@@ -62,11 +62,9 @@ fn about_x(alpha: f64, a: f64) -> Frame {
 impl Robot {
     /// From a DH table and one letter a joint ("RRPRRR").
     pub fn from_dh(name: &str, table: DhTable, joints: &str) -> Result<Self> {
-        let n = table.a.len();
-        for (label, column) in [("a", &table.a), ("d", &table.d), ("alpha", &table.alpha), ("theta", &table.theta)] {
-            check_vector(label, column, n)?;
-        }
         let joints: Vec<Joint> = parse_joints(joints)?;
+        let n = table.a.len();
+        let (links, flange) = table.links()?;
         if joints.len() != n {
             return Err(Error::Shape {
                 name: "joints".into(),
@@ -74,10 +72,34 @@ impl Robot {
                 expected: format!("{n} letters, one for each row of the DH table"),
             });
         }
-        let z = |i: usize| about_z(table.theta[i], table.d[i]);
-        let x = |i: usize| about_x(table.alpha[i], table.a[i]);
+        Ok(Self::new(name, &joints, &links, flange)?.with_dh(table))
+    }
+
+    /// From a DH table of joints of which some follow others, as [`Robot::new_coupled`].
+    pub fn from_dh_coupled(name: &str, table: DhTable, joints: &[MovingJoint]) -> Result<Self> {
+        let (links, flange) = table.links()?;
+        Ok(Self::new_coupled(name, joints, &links, flange)?.with_dh(table))
+    }
+
+    fn with_dh(mut self, table: DhTable) -> Self {
+        self.dh = Some(table);
+        self
+    }
+}
+
+impl DhTable {
+    /// The fixed transforms ahead of each joint, and the one after the last.
+    fn links(&self) -> Result<(Vec<Frame>, Frame)> {
+        let n = self.a.len();
+        for (label, column) in [("a", &self.a), ("d", &self.d), ("alpha", &self.alpha), ("theta", &self.theta)] {
+            check_vector(label, column, n)?;
+        }
+        check_lengths("a", &self.a)?;
+        check_lengths("d", &self.d)?;
+        let z = |i: usize| about_z(self.theta[i], self.d[i]);
+        let x = |i: usize| about_x(self.alpha[i], self.a[i]);
         // Z(q) commutes with Rz(theta) Tz(d), so the joint may be taken to move first.
-        let (links, flange): (Vec<Frame>, Frame) = match table.convention {
+        Ok(match self.convention {
             Convention::Standard => {
                 let mut ahead = vec![Frame::IDENTITY];
                 ahead.extend((0..n).map(|i| z(i).compose(&x(i))));
@@ -85,9 +107,6 @@ impl Robot {
                 (ahead, flange)
             }
             Convention::Modified => ((0..n).map(|i| x(i).compose(&z(i))).collect(), Frame::IDENTITY),
-        };
-        let mut robot = Self::new(name, &joints, &links, flange)?;
-        robot.dh = Some(table);
-        Ok(robot)
+        })
     }
 }

@@ -1,6 +1,8 @@
 //! The frozen model of a serial robot: joints, fixed transforms between them, limits.
 
 mod combination;
+mod controller;
+mod coupling;
 mod dh;
 mod fixed;
 mod limits;
@@ -9,13 +11,29 @@ mod turns;
 pub(crate) mod urdf;
 
 pub use combination::{Combination, MAX_COMBINATIONS};
+pub use controller::Controller;
+pub use coupling::{Coupling, Follows, Mimic, MovingJoint};
 pub use dh::{Convention, DhTable};
 pub use limits::{AT_LIMIT, Limits, nearest_turn};
 pub use random::RandomPostures;
+pub use urdf::{JointLimits, UrdfChain};
+
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, frame::Frame};
+
+/// Longer links are refused \[m\]: a number beyond this is a mistake, and far beyond it products overflow.
+pub const LARGEST_LENGTH: f64 = 1e6;
+
+/// Checks that no length is beyond [`LARGEST_LENGTH`].
+pub fn check_lengths(name: &str, lengths: &[f64]) -> Result<()> {
+    match lengths.iter().position(|x| x.abs() > LARGEST_LENGTH) {
+        Some(i) => Err(Error::value(&format!("{name}[{i}]"), format!("{:e}", lengths[i]), &format!("at most {LARGEST_LENGTH:e} m"))),
+        None => Ok(()),
+    }
+}
 
 /// How a joint moves along or about the z axis of its frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +50,7 @@ pub enum Joint {
 pub struct Robot {
     name: String,
     joints: Vec<Joint>,
+    joint_names: Arc<[String]>,
     /// Fixed transform ahead of each joint, without the base.
     bare_links: Vec<Frame>,
     /// Fixed transform from the last moved frame to the flange.
@@ -45,35 +64,49 @@ pub struct Robot {
     /// flange and tool in one.
     end: Frame,
     arm: f64,
+    /// How joints of the chain follow others.
+    coupling: Option<Coupling>,
+    /// Its joints as its controller has them; the same where there is none.
+    controller: Option<Controller>,
 }
 
 impl Robot {
     /// Whether another robot has the same base, joints and links, whatever its tool and limits.
     pub fn is_same_chain(&self, other: &Self) -> bool {
-        self.joints == other.joints && self.base == other.base && self.links == other.links
+        self.joints == other.joints && self.base == other.base && self.links == other.links && self.coupling == other.coupling
     }
 
     /// From the fixed transforms ahead of each joint (the joint then moves about or along z) and the one after the last joint.
     pub fn new(name: &str, joints: &[Joint], links: &[Frame], flange: Frame) -> Result<Self> {
-        let n = joints.len();
-        if n == 0 || n > MAX_JOINTS {
-            return Err(Error::value("number of joints", n, &format!("1 to {MAX_JOINTS}")));
+        if links.len() != joints.len() {
+            check_chain(joints.len())?;
+            return Err(Error::length("links", links.len(), joints.len()));
         }
-        if links.len() != n {
-            return Err(Error::length("links", links.len(), n));
+        Self::assemble(name, joints, links, flange, None)
+    }
+
+    /// From the kinds of the coordinates and how the joints behind the links follow them.
+    fn assemble(name: &str, joints: &[Joint], links: &[Frame], flange: Frame, coupling: Option<Coupling>) -> Result<Self> {
+        check_chain(links.len())?;
+        for (i, link) in links.iter().enumerate() {
+            check_lengths(&format!("translation of links[{i}]"), &link.origin)?;
         }
+        check_lengths("translation of flange", &flange.origin)?;
         Ok(Self {
             name: name.into(),
             joints: joints.to_vec(),
+            joint_names: (0..joints.len()).map(default_name).collect(),
             bare_links: links.to_vec(),
             flange,
             base: Frame::IDENTITY,
             tool: Frame::IDENTITY,
-            limits: Limits::none(n),
+            limits: Limits::none(joints.len()),
             dh: None,
             links: links.to_vec(),
             end: flange,
             arm: 0.0,
+            coupling,
+            controller: None,
         }
         .refold())
     }
@@ -81,8 +114,8 @@ impl Robot {
     fn refold(mut self) -> Self {
         self.links[0] = self.base.compose(&self.bare_links[0]);
         self.end = self.flange.compose(&self.tool);
-        let slides = self.joints.contains(&Joint::Prismatic);
-        self.arm = if slides { f64::INFINITY } else { self.stretched() };
+        let unbounded = self.coupling.is_some() || self.joints.contains(&Joint::Prismatic);
+        self.arm = if unbounded { f64::INFINITY } else { self.stretched() };
         self
     }
 
@@ -107,7 +140,21 @@ impl Robot {
         Self { name: name.into(), ..self.clone() }
     }
 
-    /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides.
+    /// The same robot with other names of its joints: one each, no two the same, none empty.
+    pub fn with_joint_names(&self, names: &[String]) -> Result<Self> {
+        if names.len() != self.n() {
+            return Err(Error::length("joint_names", names.len(), self.n()));
+        }
+        for (i, name) in names.iter().enumerate() {
+            if name.trim().is_empty() || names[..i].contains(name) {
+                return Err(Error::value(&format!("joint_names[{i}]"), format!("{name:?}"), "a name of its own for every joint"));
+            }
+        }
+        Ok(Self { joint_names: names.into(), ..self.clone() })
+    }
+
+    /// No tool point is farther from a joint's axis than this \[m\]: the links in line. Infinite for a robot that slides, or of which joints
+    /// follow others: rates of coordinates say little of theirs.
     #[inline(always)]
     pub fn arm(&self) -> f64 {
         self.arm
@@ -124,7 +171,7 @@ impl Robot {
         if stretched > 0.0 { stretched } else { 1.0 }
     }
 
-    /// Number of joints.
+    /// Number of coordinates: of joints, less those that follow others.
     #[inline(always)]
     pub fn n(&self) -> usize {
         self.joints.len()
@@ -135,10 +182,24 @@ impl Robot {
         &self.name
     }
 
-    /// Kind of every joint.
+    /// Kind of every coordinate, which is that of every joint where none follows another.
     #[inline(always)]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// Name of every joint: "joint 1", "joint 2" and so on unless it has another.
+    pub fn joint_names(&self) -> &[String] {
+        &self.joint_names
+    }
+
+    /// Joint `i` as people count it, with its name where it has one of its own: "joint 3", "joint 3 (elbow)".
+    pub fn joint_label(&self, i: usize) -> String {
+        let number = default_name(i);
+        match self.joint_names.get(i) {
+            Some(name) if *name != number => format!("{number} ({name})"),
+            _ => number,
+        }
     }
 
     /// One letter a joint, R or P.
@@ -146,13 +207,13 @@ impl Robot {
         self.joints.iter().map(|j| if *j == Joint::Revolute { 'R' } else { 'P' }).collect()
     }
 
-    /// Fixed transforms ahead of each joint, base folded in.
+    /// Fixed transforms ahead of each joint of the chain, base folded in.
     #[inline(always)]
     pub fn links(&self) -> &[Frame] {
         &self.links
     }
 
-    /// Fixed transforms ahead of each joint, without the base.
+    /// Fixed transforms ahead of each joint of the chain, without the base.
     pub fn bare_links(&self) -> &[Frame] {
         &self.bare_links
     }
@@ -197,6 +258,19 @@ impl Robot {
     pub fn dh(&self) -> Option<&DhTable> {
         self.dh.as_ref()
     }
+}
+
+/// What joint `i` is called that has no name.
+fn default_name(i: usize) -> String {
+    format!("joint {}", i + 1)
+}
+
+/// Whether there is room for a chain of `m` joints, those that follow others among them.
+fn check_chain(m: usize) -> Result<()> {
+    if m == 0 || m > MAX_JOINTS {
+        return Err(Error::value("number of joints", m, &format!("1 to {MAX_JOINTS}, those that mimic others included")));
+    }
+    Ok(())
 }
 
 /// Parses "RRPRRR".

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{AT_LIMIT, Joint, Robot};
+use super::{AT_LIMIT, Robot};
 use crate::linalg::MAX_JOINTS;
 
 /// Turns to each side of the middle that are looked at where limits on combinations are to hold and a joint turns without end.
@@ -12,8 +12,8 @@ impl Robot {
     /// Takes revolute joints by whole turns to where their limits want them ([`super::Limits::turned`]): the same posture. Where a limit on a combination does not
     /// hold there, to the copy within all limits that is nearest to the middle, if there is one. Coordinates that are on a limit are put onto it.
     pub fn turn(&self, q: &mut [f64]) {
-        for (i, joint) in self.joints.iter().enumerate().take(q.len()) {
-            if *joint == Joint::Revolute {
+        for i in 0..self.joints.len().min(q.len()) {
+            if self.is_periodic(i) {
                 q[i] = self.limits.turned(i, q[i]);
             }
         }
@@ -74,7 +74,7 @@ impl Robot {
             return;
         }
         let given = q[joint];
-        if !turning[joint] || self.joints[joint] != Joint::Revolute {
+        if !turning[joint] || !self.is_periodic(joint) {
             if given >= self.limits.q_min[joint] - AT_LIMIT && given <= self.limits.q_max[joint] + AT_LIMIT {
                 self.turns_from(joint + 1, q, turning, each);
             }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use redundancy::collision::{Mount, bodies_from_urdf_file, bodies_from_urdf_str};
 use redundancy::linalg::vector::{norm, sub};
-use redundancy::robot::Robot;
+use redundancy::robot::{Robot, UrdfChain};
+
+const TIP: UrdfChain = UrdfChain { base: None, tip: Some("tip"), limits: &[] };
 
 const TRIANGLES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 const POINTS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -89,8 +91,8 @@ impl Drop for Folder {
 #[test]
 fn shapes_and_places() {
     let text = urdf("");
-    let bodies = bodies_from_urdf_str(&text, None, Some("tip"), Path::new("."), &[]).unwrap();
-    let robot = Robot::from_urdf_str(&text, None, Some("tip")).unwrap();
+    let bodies = bodies_from_urdf_str(&text, &TIP, Path::new("."), &[]).unwrap();
+    let robot = Robot::from_urdf_str(&text, &TIP).unwrap();
     assert_eq!(bodies.iter().map(|b| (b.name.as_str(), b.mount)).collect::<Vec<_>>(), [("foot", Mount::Base), ("arm/rod", Mount::Link(0))]);
     assert_eq!(bodies[0].shape.half_extents(), Some([0.1, 0.2, 0.3]));
     assert_eq!(bodies[1].shape.half_extents(), Some([0.0, 0.0, 0.5]));
@@ -100,7 +102,7 @@ fn shapes_and_places() {
     let end: [f64; 3] = std::array::from_fn(|i| rod.origin[i] + 0.5 * rod.axes[2][i]);
     assert!(norm(sub(end, frames[1].origin)) < 1e-12);
     // From another base, the foot is still held by what holds the base.
-    let bodies = bodies_from_urdf_str(&text, Some("foot"), Some("tip"), Path::new("."), &[]).unwrap();
+    let bodies = bodies_from_urdf_str(&text, &UrdfChain { base: Some("foot"), ..TIP }, Path::new("."), &[]).unwrap();
     assert_eq!(bodies[0].mount, Mount::Base);
 }
 
@@ -116,7 +118,7 @@ fn meshes_of_every_kind() {
     ] {
         let path = inside.join("it.urdf");
         fs::write(&path, urdf(&mesh(name))).unwrap();
-        let bodies = bodies_from_urdf_file(&path, None, Some("tip"), &search).unwrap();
+        let bodies = bodies_from_urdf_file(&path, &TIP, &search).unwrap();
         let palm = bodies.iter().find(|b| b.name == "palm").unwrap();
         assert_eq!(palm.mount, Mount::Link(1));
         let mut vertices = palm.shape.vertices();
@@ -124,16 +126,10 @@ fn meshes_of_every_kind() {
         let expected = [[0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, -0.3], [0.0; 3]];
         assert!(vertices.iter().zip(expected).all(|(a, b)| norm(sub(*a, b)) < 1e-7), "{name} {vertices:?}");
     }
-    let anywhere = bodies_from_urdf_str(
-        &urdf(&mesh("package://pkg/meshes/a.stl")),
-        None,
-        Some("tip"),
-        Path::new("/"),
-        std::slice::from_ref(&folder.0),
-    );
+    let anywhere = bodies_from_urdf_str(&urdf(&mesh("package://pkg/meshes/a.stl")), &TIP, Path::new("/"), std::slice::from_ref(&folder.0));
     assert_eq!(anywhere.unwrap().len(), 3);
     for name in ["package://pkg/meshes/none.stl", "package://pkg", "../meshes/cut.stl", "../meshes/d.dae", ""] {
-        let error = bodies_from_urdf_str(&urdf(&mesh(name)), None, Some("tip"), &inside, &[]).unwrap_err();
+        let error = bodies_from_urdf_str(&urdf(&mesh(name)), &TIP, &inside, &[]).unwrap_err();
         println!("{error}");
     }
 }
@@ -142,7 +138,7 @@ fn meshes_of_every_kind() {
 fn without_collision_elements() {
     for name in ["panda", "ur5"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/{name}.urdf"));
-        let error = bodies_from_urdf_file(&path, None, None, &[]).unwrap_err();
+        let error = bodies_from_urdf_file(&path, &UrdfChain::default(), &[]).unwrap_err();
         println!("{error}");
     }
 }

@@ -10,7 +10,7 @@ use redundancy::internals::linalg::Svd;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::{norm, scale};
 use redundancy::qp::Row;
-use redundancy::robot::{Convention, DhTable, Limits, Robot};
+use redundancy::robot::{Convention, DhTable, Joint, Limits, Mimic, MovingJoint, Robot};
 
 /// splitmix64.
 pub struct Rng(pub u64);
@@ -105,6 +105,22 @@ impl Rng {
             limits.qd_max[i] = self.within(0.5, 6.0);
         }
         robot.with_tool(tool).with_base(base).with_limits(limits).unwrap()
+    }
+
+    /// A robot of `m` joints of which all but `n` follow others.
+    pub fn coupled(&mut self, m: usize, n: usize) -> Robot {
+        let mut joints = Vec::new();
+        for i in 0..m {
+            let mimic = (i >= n).then(|| Mimic {
+                driver: self.below(n).to_string(),
+                factor: self.within(-1.5, 1.5),
+                offset: self.within(-0.5, 0.5),
+            });
+            let kind = if self.below(4) == 0 { Joint::Prismatic } else { Joint::Revolute };
+            joints.push(MovingJoint { name: i.to_string(), kind, limits: [-9.0, 9.0, 4.0, f64::INFINITY], mimic });
+        }
+        let links: Vec<Frame> = (0..m).map(|_| self.frame()).collect();
+        Robot::new_coupled("coupled", &joints, &links, self.frame()).unwrap()
     }
 
     /// `count` different rows in increasing order.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray2, PyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::types::PyMapping;
 
 use crate::errors::PyResult;
 
@@ -11,11 +12,13 @@ use crate::array::Rows;
 use crate::array::{elements, ok, output, read_rows, read_vector};
 use crate::robot::PyRobot;
 use crate::robot::frames::{matrix, read_frame};
+use crate::robot::joint_limits::read_joint_limits;
 use redundancy::collision::{Body, Mount, Shape, bodies_from_urdf_file, capsules_along_links, self_pairs};
 use redundancy::error::{Error, check_positive};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::Vec3;
+use redundancy::robot::UrdfChain;
 
 /// A convex solid: what can be near, or touch.
 #[pyclass(name = "Shape", frozen, module = "redundancy._core")]
@@ -211,8 +214,8 @@ impl PyBody {
 /// ----------
 /// path : path-like
 ///     The file.
-/// base, tip : str, optional
-///     As for `Robot.from_urdf`.
+/// base, tip, limits : optional
+///     As for `Robot.from_urdf`: the joints that these fix are fixed here, too.
 /// search : sequence of path-like
 ///     Folders of packages, for mesh files named ``package://...``; beside the folders above the file.
 ///
@@ -226,9 +229,17 @@ impl PyBody {
 /// ModelError
 ///     If the file or a mesh cannot be read, or no link of the chain has a collision element.
 #[pyfunction]
-#[pyo3(name = "bodies_from_urdf", signature = (path, base=None, tip=None, search=Vec::new()))]
-pub fn bodies_from_urdf_py(path: PathBuf, base: Option<&str>, tip: Option<&str>, search: Vec<PathBuf>) -> PyResult<Vec<PyBody>> {
-    Ok(ok(bodies_from_urdf_file(&path, base, tip, &search))?.into_iter().map(|body| PyBody { body }).collect())
+#[pyo3(name = "bodies_from_urdf", signature = (path, base=None, tip=None, search=Vec::new(), limits=None))]
+pub fn bodies_from_urdf_py(
+    path: PathBuf,
+    base: Option<&str>,
+    tip: Option<&str>,
+    search: Vec<PathBuf>,
+    limits: Option<&Bound<'_, PyMapping>>,
+) -> PyResult<Vec<PyBody>> {
+    let limits = read_joint_limits(limits)?;
+    let asked = UrdfChain { base, tip, limits: &limits };
+    Ok(ok(bodies_from_urdf_file(&path, &asked, &search))?.into_iter().map(|body| PyBody { body }).collect())
 }
 
 /// A capsule from the origin of every joint frame to that of the next: bodies for a robot of which nothing but its chain is known.

@@ -5,6 +5,7 @@ use redundancy::error::Error;
 use redundancy::plan::{FailedJoint, FailureCause, PlanFailure};
 
 use crate::errors::PyResult;
+use crate::robot::PyRobot;
 
 /// Why a plan is not whole.
 ///
@@ -75,6 +76,11 @@ impl PyPlanFailure {
     #[getter]
     fn excess(&self) -> f64 {
         self.failure.joint.as_ref().map_or(f64::NAN, |joint| joint.excess)
+    }
+
+    /// The failure in words, with the joint as ``robot.joint_label`` has it.
+    fn told(&self, robot: &PyRobot) -> String {
+        self.failure.told(&robot.robot)
     }
 
     fn __str__(&self) -> String {

@@ -9,7 +9,7 @@ use crate::array::{ok, read_any, read_list, read_matrix, shape_of};
 use crate::robot::PyRobot;
 use redundancy::error::Error;
 use redundancy::linalg::frame::Frame;
-use redundancy::robot::{Limits, Robot};
+use redundancy::robot::{Limits, Robot, check_lengths};
 
 /// A frame; quickly when it comes as numpy makes it.
 pub fn read_frame(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
@@ -80,9 +80,16 @@ pub fn read_links(links: &Bound<'_, PyAny>) -> PyResult<Vec<Frame>> {
 /// An argument that may be left out.
 pub type Maybe<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-/// A frame, if there is one.
+/// A frame that a robot is given, and no farther away than a link may be long.
+pub fn read_place(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Frame> {
+    let frame = read_frame(name, value)?;
+    ok(check_lengths(&format!("translation of {name}"), &frame.origin))?;
+    Ok(frame)
+}
+
+/// Such a frame, if there is one.
 fn read_maybe(name: &str, value: Maybe<'_, '_>) -> PyResult<Option<Frame>> {
-    value.map(|value| read_frame(name, value)).transpose()
+    value.map(|value| read_place(name, value)).transpose()
 }
 
 /// The robot's limits with those that are given in their place.
@@ -98,14 +105,31 @@ pub fn limits(robot: &Robot, given: [Maybe<'_, '_>; 4]) -> PyResult<Limits> {
     Ok(limits)
 }
 
-/// A robot with tool, base and limits.
-pub fn finish(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>, given: [Maybe<'_, '_>; 4]) -> PyResult<PyRobot> {
+/// A robot with tool and base.
+pub fn placed(mut robot: Robot, tool: Maybe<'_, '_>, base: Maybe<'_, '_>) -> PyResult<Robot> {
     if let Some(tool) = read_maybe("tool", tool)? {
         robot = robot.with_tool(tool);
     }
     if let Some(base) = read_maybe("base", base)? {
         robot = robot.with_base(base);
     }
+    Ok(robot)
+}
+
+/// A robot with names of its joints, if they are given.
+pub fn named(robot: Robot, names: Option<Vec<String>>) -> PyResult<Robot> {
+    names.map_or_else(|| Ok(robot.clone()), |names| ok(robot.with_joint_names(&names)))
+}
+
+/// A robot with tool, base, limits and names of its joints.
+pub fn finish(
+    robot: Robot,
+    tool: Maybe<'_, '_>,
+    base: Maybe<'_, '_>,
+    given: [Maybe<'_, '_>; 4],
+    names: Option<Vec<String>>,
+) -> PyResult<PyRobot> {
+    let robot = placed(named(robot, names)?, tool, base)?;
     let limits = limits(&robot, given)?;
     Ok(PyRobot::from(ok(robot.with_limits(limits))?))
 }

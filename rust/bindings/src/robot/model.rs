@@ -6,21 +6,24 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
 use pyo3::basic::CompareOp;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 
+use super::controller::{self, PyController};
 use super::inverse::{Asked, read_fixed, whole};
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::results::SINGULARITY;
 use crate::robot::coupled::{list, with_coupled};
-use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, read_frame, read_links};
+use crate::robot::frames::{Maybe, finish, limits, matrices, matrix, named, placed, read_frame, read_links, read_place};
+use crate::robot::joint_limits::read_joint_limits;
+use crate::robot::mimic::{self, chain_letters, read_joints};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use crate::task::PyTask;
 use redundancy::error::Result;
 use redundancy::inverse::{ArmAngle, Structure, TaskInverse, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
-use redundancy::robot::{AT_LIMIT, RandomPostures, Robot, parse_joints};
+use redundancy::robot::{AT_LIMIT, RandomPostures, Robot, UrdfChain, parse_joints};
 
 /// An array of any shape.
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -76,13 +79,19 @@ impl PyRobot {
     /// coupled : sequence of (dict, float, float), optional
     ///     Limits on combinations of joints, at most 8: ``({1: 1.0, 2: 1.0}, low, high)`` is low <= q[1] + q[2] <= high, joints counted from 0; one
     ///     of the two may be infinite.
+    /// joint_names : sequence of str, optional
+    ///     A name for each joint coordinate, no two the same; "joint 1", "joint 2" and so on if not given.
+    /// mimic : dict, optional
+    ///     Joints that follow others: ``{joint: (driver, factor, offset)}``, counted from 0 along the table, stand at ``factor q_driver + offset``
+    ///     [rad or m]. The coordinates of the robot are the other joints; limits are given for all of them, and those of a joint tighten those of
+    ///     its driver, unless that leaves no range. Letters beyond the table are joints off the chain that only drive.
     ///
     /// Raises
     /// ------
-    /// ShapeError, NonFiniteError, InvalidValueError
-    ///     If shapes disagree, numbers are not finite, limits are inverted or a transform is not rigid.
+    /// ShapeError, NonFiniteError, InvalidValueError, ModelError
+    ///     If shapes disagree, numbers are not finite, a length is beyond 1e6 m, limits are inverted or a transform is not rigid.
     #[staticmethod]
-    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
+    #[pyo3(signature = (a, d, alpha, theta, joints=None, convention="standard", tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None, joint_names=None, mimic=None))]
     fn from_dh(
         a: &Bound<'_, PyAny>,
         d: &Bound<'_, PyAny>,
@@ -98,33 +107,59 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
         coupled: Maybe<'_, '_>,
+        joint_names: Option<Vec<String>>,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let table = read_table(convention, [a, d, alpha, theta])?;
         let letters = joints.map_or_else(|| "R".repeat(table.a.len()), String::from);
-        with_coupled(finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        let robot = match mimic {
+            Some(mimic) => {
+                let joints = read_joints(&letters, mimic, limits)?;
+                named(placed(ok(Robot::from_dh_coupled(name, table, &joints))?, tool, base)?, joint_names)?.into()
+            }
+            None => finish(ok(Robot::from_dh(name, table, &letters))?, tool, base, limits, joint_names)?,
+        };
+        with_coupled(robot, coupled)
     }
 
     /// A robot from the chain between two links of a URDF file.
+    ///
+    /// Links, joints and, on the chain, origins, axes, limits and mimics are read; visuals, inertias, transmissions and whatever else a file
+    /// has can refuse nothing. A joint without a lower and an upper limit has no limit of position (one of the two alone has the other at
+    /// 0, as the format says); one without a limit of velocity, or with 0, as many exporters write, has none of speed, and one with zeros
+    /// alone has none at all. A joint whose lower limit is its upper one is fixed there. An axis is taken at length one; none is x. Files of xacro have to be expanded first.
     ///
     /// Parameters
     /// ----------
     /// path : path-like
     ///     URDF file.
     /// base, tip : str, optional
-    ///     Names of the first and last link; the root and the only end link if not given.
+    ///     Names of the first and last link; the root, and the only link at an end of what the base carries, if not given.
     /// tool : array_like, shape (4, 4), optional
     ///     Tool frame in the frame of the tip.
+    /// limits : dict, optional
+    ///     By names of joints, (low, high) or a dictionary with some of "low", "high" and "velocity" [rad or m, per s], in place of what the file
+    ///     says; None leaves that. Joints beside the chain may be among them.
     ///
     /// Raises
     /// ------
     /// ModelError
-    ///     If the file cannot be read, is no URDF or the chain is not serial.
+    ///     If the file cannot be read, is no URDF, the tree has a fault or the chain is not serial or has more than 16 joints: with
+    ///     file, line and the name of the link or joint.
     /// InvalidValueError
-    ///     If a link does not exist (the message lists those that do).
+    ///     If a link or joint does not exist (the message lists those that do), or limits are given in another way.
     #[staticmethod]
-    #[pyo3(signature = (path, base=None, tip=None, tool=None))]
-    fn from_urdf(path: PathBuf, base: Option<&str>, tip: Option<&str>, tool: Maybe<'_, '_>) -> PyResult<Self> {
-        finish(ok(Robot::from_urdf_file(&path, base, tip))?, tool, None, [None; 4])
+    #[pyo3(signature = (path, base=None, tip=None, tool=None, limits=None))]
+    fn from_urdf(
+        path: PathBuf,
+        base: Option<&str>,
+        tip: Option<&str>,
+        tool: Maybe<'_, '_>,
+        limits: Option<&Bound<'_, PyMapping>>,
+    ) -> PyResult<Self> {
+        let limits = read_joint_limits(limits)?;
+        finish(ok(Robot::from_urdf_file(&path, &UrdfChain { base, tip, limits: &limits }))?, tool, None, [None; 4], None)
     }
 
     /// A robot from the fixed transforms ahead of each joint, which moves about or along z, and the one after the last.
@@ -137,10 +172,10 @@ impl PyRobot {
     ///     Fixed transform after the last joint.
     /// joints : str
     ///     One letter a joint, R or P.
-    /// tool, base, q_min, q_max, qd_max, qdd_max, name, coupled
+    /// tool, base, q_min, q_max, qd_max, qdd_max, name, coupled, joint_names, mimic
     ///     As for `from_dh`.
     #[staticmethod]
-    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None))]
+    #[pyo3(signature = (links, flange, joints, tool=None, base=None, q_min=None, q_max=None, qd_max=None, qdd_max=None, name="robot", coupled=None, joint_names=None, mimic=None))]
     fn from_links(
         links: &Bound<'_, PyAny>,
         flange: &Bound<'_, PyAny>,
@@ -153,14 +188,23 @@ impl PyRobot {
         qdd_max: Maybe<'_, '_>,
         name: &str,
         coupled: Maybe<'_, '_>,
+        joint_names: Option<Vec<String>>,
+        mimic: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let frames = read_links(links)?;
         let flange = read_frame("flange", flange)?;
-        let robot = ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?;
-        with_coupled(finish(robot, tool, base, [q_min, q_max, qd_max, qdd_max])?, coupled)
+        let limits = [q_min, q_max, qd_max, qdd_max];
+        let robot = match mimic {
+            Some(mimic) => {
+                let joints = read_joints(joints, mimic, limits)?;
+                named(placed(ok(Robot::new_coupled(name, &joints, &frames, flange))?, tool, base)?, joint_names)?.into()
+            }
+            None => finish(ok(Robot::new(name, &ok(parse_joints(joints))?, &frames, flange))?, tool, base, limits, joint_names)?,
+        };
+        with_coupled(robot, coupled)
     }
 
-    /// Number of joints.
+    /// Number of joint coordinates: of joints, less those that follow others.
     #[getter]
     fn n(&self) -> usize {
         self.robot.n()
@@ -172,10 +216,47 @@ impl PyRobot {
         self.robot.name()
     }
 
-    /// One letter a joint, R (revolute) or P (prismatic).
+    /// One letter a joint coordinate, R (revolute) or P (prismatic).
     #[getter]
     fn joints(&self) -> String {
         self.robot.joint_letters()
+    }
+
+    /// Name of every joint: "joint 1", "joint 2" and so on unless it has another.
+    #[getter]
+    fn joint_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        Ok(PyTuple::new(py, self.robot.joint_names())?)
+    }
+
+    /// Joint ``joint``, counted from 0, as people count and call it: "joint 3", "joint 3 (elbow)".
+    fn joint_label(&self, joint: usize) -> String {
+        self.robot.joint_label(joint)
+    }
+
+    /// One letter a joint of the chain, those that follow others among them, then one for each joint off it that drives some: what `from_links`
+    /// takes beside `mimic`. The same as ``joints`` where no joint follows another.
+    #[getter]
+    fn chain(&self) -> String {
+        chain_letters(&self.robot)
+    }
+
+    /// Joints of the chain that follow others, ``{joint: (driver, factor, offset)}``, counted from 0 along ``chain``; empty for most robots.
+    #[getter]
+    fn mimic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        mimic::dictionary(py, &self.robot)
+    }
+
+    /// The joint of ``chain`` that each joint coordinate is: 0 to n - 1 where no joint follows another.
+    #[getter]
+    fn coordinates(&self) -> Vec<usize> {
+        mimic::places(&self.robot)
+    }
+
+    /// Whether a whole turn of a joint coordinate takes the robot to where it was, shape (n,): of revolute joints, if none follows them by a part
+    /// of a turn.
+    #[getter]
+    fn periodic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, (0..self.robot.n()).map(|i| self.robot.is_periodic(i)))
     }
 
     /// Lower position limits, shape (n,) [rad or m]; -inf where there is none.
@@ -220,7 +301,7 @@ impl PyRobot {
         matrix(py, self.robot.flange())
     }
 
-    /// Fixed transforms ahead of the joints, without the base, shape (n, 4, 4).
+    /// Fixed transforms ahead of the joints of the chain, without the base, shape (m, 4, 4); m is n where no joint follows another.
     #[getter]
     fn links<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         matrices(py, self.robot.bare_links())
@@ -292,7 +373,8 @@ impl PyRobot {
         self.robot.rows_in_use()
     }
 
-    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (n + 1, 4, 4); for drawings.
+    /// Frames of the links after each joint's motion and of the tool, in the base frame, shape (m + 1, 4, 4) for the m joints of the chain; for
+    /// drawings. m is n where no joint follows another.
     fn link_frames<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let mut posture = [0.0; MAX_JOINTS];
         read_vector("q", q, self.robot.n(), &mut posture)?;
@@ -301,13 +383,13 @@ impl PyRobot {
 
     /// The same robot with another tool frame (4, 4) in its flange frame.
     fn with_tool(&self, tool: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let tool = read_frame("tool", tool)?;
+        let tool = read_place("tool", tool)?;
         Ok(self.robot.with_tool(tool).into())
     }
 
     /// The same robot with another base frame (4, 4) in the world.
     fn with_base(&self, base: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let base = read_frame("base", base)?;
+        let base = read_place("base", base)?;
         Ok(self.robot.with_base(base).into())
     }
 
@@ -380,9 +462,60 @@ impl PyRobot {
         Ok(map_rows::<0, 1>(py, robot.n(), q, None, [], margin)?.get_item(())?)
     }
 
+    /// Its joints as its controller shows and takes them; the same ones, called J1, J2, ..., if nothing else is known.
+    #[getter]
+    fn controller(&self) -> PyController {
+        controller::of(&self.robot)
+    }
+
+    /// The same robot with another map to the joints of its controller, ``p = matrix q + offset``; without arguments the same coordinates.
+    ///
+    /// Everything that computes takes the robot's own joints q. What is written and shown in the controller's says so.
+    ///
+    /// Parameters
+    /// ----------
+    /// matrix : array_like, shape (n, n), optional
+    ///     What the robot's joints add to each of the controller's; invertible.
+    /// offset : array_like, shape (n,), optional
+    ///     The controller's joints where the robot's are zero [rad or m]; zeros if not given.
+    /// signs : array_like, shape (n,), optional
+    ///     Instead of a matrix, its diagonal: 1, or -1 where the controller counts the other way.
+    /// coupling : dict, optional
+    ///     Beside signs, entries ``{(i, k): factor}``, joints counted from 0: joint i of the controller moves with joint k of the robot by that factor,
+    ///     too. FANUC measures joint 3 against the horizontal: ``{(2, 1): -1.0}``.
+    /// names : list of str, optional
+    ///     Names of the controller's joints; J1, J2, ... if not given.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If shapes disagree, the matrix has no inverse, is given beside its parts, or names are not different ones.
+    #[pyo3(signature = (matrix=None, offset=None, signs=None, coupling=None, names=None))]
+    fn with_controller(
+        &self,
+        matrix: Maybe<'_, '_>,
+        offset: Maybe<'_, '_>,
+        signs: Maybe<'_, '_>,
+        coupling: Option<&Bound<'_, PyDict>>,
+        names: Option<Vec<String>>,
+    ) -> PyResult<Self> {
+        let controller = controller::read(self.robot.n(), matrix, offset, signs, coupling, names)?;
+        Ok(ok(self.robot.with_controller(controller))?.into())
+    }
+
     /// The same robot under another name.
     fn with_name(&self, name: &str) -> Self {
         self.robot.with_name(name).into()
+    }
+
+    /// The same robot with other names of its joints.
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, InvalidValueError
+    ///     If there is not one for each joint, or one is empty or there twice.
+    fn with_joint_names(&self, names: Vec<String>) -> PyResult<Self> {
+        Ok(ok(self.robot.with_joint_names(&names))?.into())
     }
 
     /// The same robot with some joints held: ``{joint: coordinate}``, joints counted from 0, coordinates in rad or m. The others are its joints.
@@ -623,6 +756,13 @@ impl PyRobot {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        rebuilt_from(&slf.py().get_type::<Self>(), &slf.get().robot)
+        let (class, robot) = (slf.py().get_type::<Self>(), &slf.get().robot);
+        match robot.controller() {
+            None => rebuilt_from(&class, robot),
+            Some(map) => {
+                let plain = Self::from(ok(robot.with_controller(None))?);
+                controller::rebuilt(&class, plain.into_pyobject(slf.py())?.into_any(), map)
+            }
+        }
     }
 }

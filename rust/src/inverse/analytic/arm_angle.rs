@@ -44,7 +44,7 @@ impl ArmAngle {
             Error::value("robot", robot.name(), expected)
         };
         let links: [Frame; 7] = robot.links().try_into().map_err(|_| refused())?;
-        if robot.joints().contains(&Joint::Prismatic) {
+        if robot.joints().contains(&Joint::Prismatic) || robot.coupling().is_some() {
             return Err(refused());
         }
         let size: f64 = links[1..].iter().map(|link| norm(link.origin)).sum();

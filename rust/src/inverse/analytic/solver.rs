@@ -54,6 +54,7 @@ pub struct Inverse {
 impl Inverse {
     /// For a robot with six revolute joints.
     pub fn new(robot: Arc<Robot>) -> Result<Self> {
+        robot.check_free()?;
         if robot.n() != 6 || robot.joints().iter().any(|joint| *joint != Joint::Revolute) {
             let got = format!("joints {:?}", robot.joint_letters());
             return Err(Error::value("robot", got, "six revolute joints, the others held (fixed), or an arm_angle"));

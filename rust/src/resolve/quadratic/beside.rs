@@ -26,7 +26,7 @@ pub struct PostureTask {
 /// A task of a frame that is fixed to a link: `weight |t - J qd|^2 / 2`, angles times the solver's length.
 #[derive(Debug, Clone)]
 pub struct FrameTask {
-    /// The link, which moves with joints 0 to this one.
+    /// The link, which moves with joints 0 to this one of the chain.
     pub link: usize,
     /// The frame in that of the link.
     pub frame: Frame,
@@ -65,8 +65,8 @@ impl Beside {
                 }
                 Ok(())
             }
-            Self::Frame(it) if it.link >= robot.n() => {
-                Err(Error::value("link", it.link, &format!("the number of a link, 0 to {}", robot.n() - 1)))
+            Self::Frame(it) if it.link >= robot.chain().len() => {
+                Err(Error::value("link", it.link, &format!("the number of a link, 0 to {}", robot.chain().len() - 1)))
             }
             Self::Frame(it) => check_positive("weight", it.weight).map(|_| ()),
         }
@@ -88,12 +88,13 @@ impl FrameTask {
         let mut rows = [[0.0; MAX_JOINTS]; 6];
         for i in 0..=self.link {
             let axis = links[i].axes[2];
-            let (w, v) = match robot.joints()[i] {
+            let (coordinate, factor) = robot.moved_by(i);
+            let (w, v) = match robot.chain()[i] {
                 Joint::Revolute => (axis, cross(axis, sub(frame.origin, links[i].origin))),
                 Joint::Prismatic => ([0.0; 3], axis),
             };
             for (row, entry) in rows.iter_mut().zip(directions.reduce(w, v)) {
-                row[i] = entry;
+                row[coordinate] += factor * entry;
             }
         }
         let (w, v) = halves(twist);

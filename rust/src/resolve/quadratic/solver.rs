@@ -73,7 +73,7 @@ pub(super) struct Programme<'a, const C: usize> {
     pub wanted: Row6,
     /// Whether the index could be evaluated.
     pub conditioned: bool,
-    pub jacobian: &'a Jacobian<C>,
+    pub jacobian: &'a Jacobian<'a, C>,
     pub dt: f64,
 }
 

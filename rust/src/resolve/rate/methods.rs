@@ -54,7 +54,7 @@ pub struct Situation<'a> {
 pub(super) struct Posed<'a, const C: usize> {
     pub task: &'a Task,
     pub tool: &'a Frame,
-    pub jacobian: &'a Jacobian<C>,
+    pub jacobian: &'a Jacobian<'a, C>,
     /// The task's.
     pub directions: &'a Directions,
     pub length: f64,

@@ -47,7 +47,7 @@ impl Turning<'_> {
 
 /// The curvature of the task's constraints h at a posture, weighted by the forces lambda that hold the posture on its target against a gradient.
 pub(crate) struct Curvature<'a, const C: usize> {
-    jacobian: &'a Jacobian<C>,
+    jacobian: &'a Jacobian<'a, C>,
     lambda: Row6,
     force: (Vec3, Vec3),
     turning: Option<Turning<'a>>,
@@ -57,7 +57,7 @@ impl<'a, const C: usize> Curvature<'a, C> {
     /// From the constraint, the pseudo-inverse of its Jacobian and the gradient: lambda is the gradient as far as the task holds it.
     #[inline(always)]
     pub fn new(
-        jacobian: &'a Jacobian<C>,
+        jacobian: &'a Jacobian<'a, C>,
         constraint: &Constraint,
         turning: Option<Turning<'a>>,
         pseudo_inverse: &Rows6<C>,

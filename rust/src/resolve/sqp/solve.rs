@@ -41,10 +41,10 @@ const OFF_TARGET: f64 = 4.0;
 const UNTOLD: f64 = 1e-11;
 
 /// The iterate: everything known at a posture.
-struct Iterate<const C: usize> {
+struct Iterate<'r, const C: usize> {
     q: [f64; C],
     tool: Frame,
-    jacobian: Jacobian<C>,
+    jacobian: Jacobian<'r, C>,
     objective: Evaluation<C>,
 }
 
@@ -105,7 +105,7 @@ impl OrthogonalSqp {
     }
 
     #[inline(never)]
-    fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<C> {
+    fn iterate<const C: usize>(&self, q: [f64; C], order: Order) -> Iterate<'_, C> {
         let n = size::<C>(self.robot.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
         let objective = self.objective.evaluate_at(&self.robot, &q[..n], &columns, order, false);
@@ -186,14 +186,14 @@ impl OrthogonalSqp {
 
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
     #[inline(always)]
-    fn descend<const C: usize>(
-        &self,
+    fn descend<'r, const C: usize>(
+        &'r self,
         now: &Iterate<C>,
         target: &Target,
         step: &NewtonStep<C>,
         order: Order,
         evaluations: &mut usize,
-    ) -> Option<Iterate<C>> {
+    ) -> Option<Iterate<'r, C>> {
         // What rounding can add, and the task's tolerance. A step that promises less than values can tell is taken at its word.
         let size = now.objective.value.abs() + 1.0;
         let steepness = now.objective.gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -250,7 +250,7 @@ fn holding<const C: usize>(known: &Known<'_, C>, bounds: &Bounds<'_, C>, step: N
         rest[i] = if bounds.high[i] - step.dq[i] < step.dq[i] - bounds.low[i] { bounds.high[i] } else { bounds.low[i] };
         let column = known.constraint.reduce(jacobian.w[i], jacobian.v[i]);
         wanted = std::array::from_fn(|c| wanted[c] - rest[i] * column[c]);
-        (jacobian.w[i], jacobian.v[i]) = ([0.0; 3], [0.0; 3]);
+        jacobian.hold(i);
         (bounds.low[i], bounds.high[i], objective.gradient[i]) = (0.0, 0.0, 0.0);
         for k in 0..jacobian.n() {
             (objective.hessian[i][k], objective.hessian[k][i]) = (0.0, 0.0);

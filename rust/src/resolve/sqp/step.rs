@@ -43,7 +43,7 @@ const NEARLY_AT: f64 = 1e-3;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::resolve) struct Known<'a, const C: usize> {
     /// Jacobian.
-    pub jacobian: &'a Jacobian<C>,
+    pub jacobian: &'a Jacobian<'a, C>,
     /// Objective with gradient and Hessian (exact or approximate).
     pub objective: &'a Evaluation<C>,
     /// The task.
