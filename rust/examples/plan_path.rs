@@ -40,7 +40,7 @@ fn main() -> std::result::Result<(), Box<dyn std::error::Error>> {
     let task = Task::axisymmetric([0.0, 0.0, 1.0])?;
     let planner = Planner::new(Arc::new(robot()?), path, task, Some(objective), PlanSettings::default())?;
     let plan = planner.plan(&mut Hooks::default())?;
-    if let Some(failure) = plan.failure {
+    if let Some(failure) = &plan.failure {
         println!("{failure}");
     }
     println!("worst condition number {:.6}, no path below {:.6}", plan.worst(), plan.bound);

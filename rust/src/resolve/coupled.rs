@@ -5,6 +5,7 @@ use crate::inverse::least_squares;
 use crate::kinematics::sized::jacobian;
 use crate::linalg::MAX_JOINTS;
 use crate::qp::DenseRow;
+use crate::resolve::StepStatus;
 use crate::robot::{MAX_COMBINATIONS, Robot};
 use crate::task::Task;
 
@@ -20,6 +21,18 @@ pub(super) struct Kept {
     pub held: bool,
     /// Whether one is beyond its limit and comes back.
     pub returning: bool,
+}
+
+impl Kept {
+    /// The status of a tick that had one before.
+    pub fn over(self, status: StepStatus) -> StepStatus {
+        match status {
+            _ if self.returning => StepStatus::Returning,
+            StepStatus::Returning => status,
+            _ if self.held => StepStatus::Limited,
+            _ => status,
+        }
+    }
 }
 
 /// Keeps rates of a tick within the limits on combinations of joints: where one would be crossed it becomes a row of a programme that changes what the

@@ -27,7 +27,8 @@ impl Combination {
         if self.row.iter().all(|c| *c == 0.0) {
             return Err(Error::value(&name, "0 for every joint", "a coefficient other than 0"));
         }
-        if !(self.low < self.high) || (self.low.is_infinite() && self.high.is_infinite()) {
+        let (increasing, bounded) = (self.low < self.high, self.low.is_finite() || self.high.is_finite());
+        if !(increasing && bounded) {
             let given = format!("{} to {}", self.low, self.high);
             return Err(Error::value(
                 &format!("{name}, the limits of {self}"),
@@ -72,7 +73,7 @@ impl Combination {
                 None => row.push(*c),
             }
         }
-        row.iter().any(|c| *c != 0.0).then(|| Self { row, low: self.low - fixed, high: self.high - fixed })
+        row.iter().any(|c| *c != 0.0).then_some(Self { row, low: self.low - fixed, high: self.high - fixed })
     }
 }
 

@@ -11,7 +11,7 @@ use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
-use crate::resolve::coupled::{Kept, keep_combinations};
+use crate::resolve::coupled::keep_combinations;
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
@@ -277,7 +277,11 @@ impl RateSolver {
             rates.fill(0.0);
             return StepStatus::Limited;
         }
-        with_capacity!(self.columns(), step(self, q, twist, memory, rates))
+        let status = with_capacity!(self.columns(), step(self, q, twist, memory, rates));
+        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
+            return status;
+        }
+        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates).over(status)
     }
 
     /// Takes from the free motion, then from all, what limits have no room for.
@@ -321,15 +325,6 @@ impl RateSolver {
             *rate = (dq[i] / dt).clamp(bounds.low[i], bounds.high[i]);
         }
         Some(held)
-    }
-
-    /// Takes from rates what would cross a limit on a combination of joints.
-    #[inline(always)]
-    fn keep_combinations(&self, q: &[f64], rates: &mut [f64]) -> Kept {
-        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
-            return Kept::default();
-        }
-        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates)
     }
 
     /// What position and speed limits leave room for within a tick.
@@ -421,9 +416,8 @@ fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &m
         solver.slow_down(q, twist, memory, &bounds, &mut rates[..n]);
     }
     let rests = if motion.follows && !limited { None } else { solver.rest(q, twist, &solver.bounds(q), &mut rates[..n]) };
-    let kept = solver.keep_combinations(q, &mut rates[..n]);
-    match (rests.unwrap_or(limited) || kept.held, motion.damped || rests.is_some(), motion.complete) {
-        _ if bounds.returning || kept.returning => StepStatus::Returning,
+    match (rests.unwrap_or(limited), motion.damped || rests.is_some(), motion.complete) {
+        _ if bounds.returning => StepStatus::Returning,
         (true, ..) => StepStatus::Limited,
         (_, true, _) => StepStatus::Damped,
         (_, _, false) => StepStatus::TaskOnly,

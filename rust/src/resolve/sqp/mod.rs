@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::StepStatus;
 use super::bounds::{coupled_rows, speed_bounds};
-use super::coupled::{Kept, keep_combinations};
+use super::coupled::keep_combinations;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::jacobian;
@@ -124,7 +124,11 @@ impl OrthogonalSqp {
             rates.fill(0.0);
             return StepStatus::Limited;
         }
-        with_capacity!(self.robot.n(), step(self, q, twist, rates))
+        let status = with_capacity!(self.robot.n(), step(self, q, twist, rates));
+        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
+            return status;
+        }
+        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates).over(status)
     }
 
     /// The motion that brings the tool nearest, and whether limits hold it, where a step leads elsewhere, as in front of a goal out of reach. The free
@@ -149,24 +153,6 @@ impl OrthogonalSqp {
             asked.nearest(low, high, DAMPING)
         } else {
             None
-        }
-    }
-
-    /// Writes a step as rates that cross no limit on a combination of joints, and says how it came about.
-    #[inline(always)]
-    fn write<const C: usize>(&self, step: &NewtonStep<C>, q: &[f64], returning: bool, rates: &mut [f64]) -> StepStatus {
-        let SqpSettings { length, dt, limits, .. } = self.settings;
-        for (rate, dq) in rates.iter_mut().zip(&step.dq) {
-            *rate = (dq / dt).clamp(f64::MIN, f64::MAX);
-        }
-        let mut kept = Kept::default();
-        if limits && !self.robot.limits().coupled.is_empty() {
-            kept = keep_combinations(&self.robot, &self.task, length, q, dt, rates);
-        }
-        match step.status {
-            _ if returning || kept.returning => StepStatus::Returning,
-            _ if kept.held => StepStatus::Limited,
-            status => status,
         }
     }
 
@@ -220,14 +206,14 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let bounds = Bounds { low, high, rows, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
     if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
-        return solver.write(&step, q, returning, rates);
+        return write(&step, returning, dt, rates);
     }
     let (low, high) = (wide(&low, f64::NEG_INFINITY), wide(&high, f64::INFINITY));
     if let Some((dq, held)) = solver.rest(q, &wanted, &low, &high, &wide(&step.dq, 0.0), &wide(&step.task_within(&bounds, n), 0.0)) {
         step.dq = std::array::from_fn(|i| dq.get(i).copied().unwrap_or(0.0));
         step.status = if held { StepStatus::Limited } else { StepStatus::Damped };
     }
-    solver.write(&step, q, returning, rates)
+    write(&step, returning, dt, rates)
 }
 
 /// The rows of combinations in motions of a tick, by bounds of the rates of joints.
@@ -250,4 +236,13 @@ fn coupled_steps<'a, const C: usize>(
 /// Numbers of the joints in the room for the largest robots, with `rest` beyond them.
 fn wide<const C: usize>(numbers: &[f64; C], rest: f64) -> [f64; MAX_JOINTS] {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(rest))
+}
+
+/// Writes a step as rates, and says how it came about.
+#[inline(always)]
+fn write<const C: usize>(step: &NewtonStep<C>, returning: bool, dt: f64, rates: &mut [f64]) -> StepStatus {
+    for (rate, dq) in rates.iter_mut().zip(&step.dq) {
+        *rate = (dq / dt).clamp(f64::MIN, f64::MAX);
+    }
+    if returning { StepStatus::Returning } else { step.status }
 }
