@@ -7,7 +7,7 @@
 mod arm_angle;
 pub(super) mod circle;
 mod parallel;
-pub(super) mod regional;
+mod regional;
 mod solutions;
 mod solver;
 pub(super) mod structure;
