@@ -9,7 +9,7 @@ mod branches;
 mod calibrated;
 pub(super) mod circle;
 mod parallel;
-pub(super) mod regional;
+mod regional;
 mod solutions;
 mod solver;
 pub(super) mod structure;

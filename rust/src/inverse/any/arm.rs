@@ -1,8 +1,7 @@
-//! Three joints, revolute or prismatic in any order, that take a point to a place.
+//! Three joints, prismatic and revolute in any order, that take a point to a place.
 
 use super::roots::{Polynomial, product, real_roots, value};
 use crate::inverse::analytic::circle::{magnitude, on_conic, on_line, product as squared};
-use crate::inverse::analytic::regional::regional;
 use crate::inverse::analytic::structure::{Turn, Turned, across, angle_of, point, square, third_row, turn_between, turned, unpoint};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub};
@@ -33,10 +32,8 @@ impl Arm {
     /// Calls `found` for each solution; false where there may be more than it was called for.
     pub fn solve(&self, found: &mut dyn FnMut(Placed)) -> bool {
         match self.joints {
-            [Revolute, Revolute, Revolute] => {
-                let ([l1, l2], mut gap) = (&self.links, f64::INFINITY);
-                regional(l1, l2, self.wrist, self.place, &mut gap, |r| found(Placed { q: r.turns.map(angle_of), free: r.free }))
-            }
+            // Six revolute joints, which are solved elsewhere.
+            [Revolute, Revolute, Revolute] => false,
             [Prismatic, Prismatic, Prismatic] => self.three_slides(found),
             [Revolute, Prismatic, Prismatic] => self.turn_and_two_slides(found),
             [Prismatic, Revolute, Prismatic] => self.turn_between_slides(found),

@@ -88,13 +88,18 @@ impl TaskInverse {
             Way::Parts(parts) => parts,
         };
         let mut found = Verified::new(&self.robot, &self.task, self.size);
+        let mut proven = false;
         for part in parts {
-            let complete = part.candidates(target, &mut |q| {
+            proven |= part.candidates(target, &mut |q| {
                 found.add(q, target, POLISH, false);
             });
-            if complete {
-                return found.solutions(true);
+            // Where one part finds nothing, rounding may have taken a posture on the edge of its reach; another may have it well inside.
+            if proven && !found.is_empty() {
+                break;
             }
+        }
+        if proven {
+            return found.solutions(true);
         }
         search(&mut found, target);
         found.solutions(false)

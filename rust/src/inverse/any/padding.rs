@@ -31,8 +31,13 @@ pub fn padded(chain: &Chain) -> Result<Vec<Six>> {
             }
         }
     }
-    rated.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
-    Ok(rated.into_iter().take(KEPT).map(|(.., six)| six).collect())
+    let mut kept = Vec::new();
+    while kept.len() < KEPT && !rated.is_empty() {
+        let better = |a: usize, b: usize| rated[a].0 < rated[b].0 || (rated[a].0 == rated[b].0 && rated[a].1 >= rated[b].1);
+        let best = (1..rated.len()).fold(0, |best, i| if better(best, i) { best } else { i });
+        kept.push(rated.swap_remove(best).2);
+    }
+    Ok(kept)
 }
 
 /// How hard a chain is to solve.

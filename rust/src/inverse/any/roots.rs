@@ -43,7 +43,7 @@ pub fn real_roots(p: &Polynomial, scale: f64, each: &mut dyn FnMut(f64)) -> bool
     true
 }
 
-/// The roots between the extrema, which are the roots of the derivative.
+/// The roots between the extrema, which are the roots of the derivative, in increasing order.
 fn collect(p: &[f64], scale: f64, roots: &mut ([f64; MOST], usize)) {
     let degree = p.len() - 1;
     roots.1 = 0;
@@ -75,7 +75,6 @@ fn collect(p: &[f64], scale: f64, roots: &mut ([f64; MOST], usize)) {
         }
         low = high;
     }
-    roots.0[..roots.1].sort_by(f64::total_cmp);
 }
 
 /// The root between two places where the signs differ.
