@@ -167,6 +167,8 @@ def test_it_stays_with_the_robot(tmp_path: Path) -> None:
     rail = rd.on_rail(robot, (0.0, 1.0, 0.0), -1.0, 1.0)
     np.testing.assert_array_equal(rail.controller.matrix[1:, 1:], robot.controller.matrix)
     assert rail.controller.names == ["E1", *"ABCDEFG"]
+    crane = rd.on_rail(rail, (1.0, 0.0, 0.0), -1.0, 1.0)
+    assert crane.controller.names == ["E2", "E1", *"ABCDEFG"]
 
 
 def test_held_joints_go_into_the_offset() -> None:

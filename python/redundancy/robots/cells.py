@@ -1,5 +1,7 @@
 """Robots with an axis more than their own: on a rail, or in front of a turntable. Both are robots like any other."""
 
+from itertools import count
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -80,7 +82,9 @@ def with_turntable(robot: Robot, table: ArrayLike, q_min: float, q_max: float, q
 
     Examples
     --------
-    >>> import numpy as np
+    >>> from itertools import count
+
+    import numpy as np
     >>> import redundancy as rd
     >>> table = np.eye(4)
     >>> table[:3, 3] = [0.5, 0.0, 0.2]
@@ -118,6 +122,7 @@ def _with_first_joint(
     own = robot.controller
     if own == robot.with_controller().controller:
         return longer
+    name = next(name for name in map("E{}".format, count(1)) if name not in own.names)
     matrix = np.eye(robot.n + 1)
     matrix[1:, 1:] = own.matrix
-    return longer.with_controller(matrix, np.concatenate([[0.0], own.offset]), names=["E1", *own.names])
+    return longer.with_controller(matrix, np.concatenate([[0.0], own.offset]), names=[name, *own.names])
