@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import redundancy as rd
 
-from tests.inverse.arms import SIX
 from tests.reference.arms import angles, check_solutions, distance, search, smallest_singular_value
 from tests.reference.special import (
     DEGREE,
@@ -167,7 +166,3 @@ def test_nearness_to_a_closed_form_does_not_tell() -> None:
             if complete and smallest_singular_value(robot, found).min() > 1e-4:
                 assert all(distance(found, other).min() < 1e-5 for other in others)
 
-
-def test_ideal_arms_keep_their_closed_forms() -> None:
-    """Those of the package have one each."""
-    assert {rd.robots.get(name).structure for name in SIX} <= {"wrist", "parallel"}

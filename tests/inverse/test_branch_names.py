@@ -6,7 +6,7 @@ import redundancy as rd
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.inverse.arms import IRB120, KUKA, SIX, UR5E, Q
+from tests.inverse.arms import IRB120, KUKA, CLOSED, UR5E, Q
 from tests.inverse.test_inverse_singular import SINGULAR
 from tests.reference.arms import angles, random_arm, smallest_singular_value
 from tests.reference.chain import F64, random_frame
@@ -29,7 +29,7 @@ def _sign(name: str) -> int:
     return first * (first if elbow == "up" else -first) * (1 if wrist == "no flip" else -1)
 
 
-@pytest.mark.parametrize("name", SIX)
+@pytest.mark.parametrize("name", CLOSED)
 def test_words_are_the_signs_of_the_determinant(name: str) -> None:
     rng = np.random.default_rng(1)
     robot = rd.robots.get(name).with_base(random_frame(rng)).with_tool(random_frame(rng))
@@ -39,7 +39,7 @@ def test_words_are_the_signs_of_the_determinant(name: str) -> None:
     assert (signs == signs[0]).all()
 
 
-@pytest.mark.parametrize("name", SIX)
+@pytest.mark.parametrize("name", CLOSED)
 def test_postures_of_a_pose_have_names_of_their_own_in_one_order(name: str) -> None:
     robot, orders = rd.robots.get(name), set()
     for q in angles(np.random.default_rng(2), 100, 6):
@@ -52,7 +52,7 @@ def test_postures_of_a_pose_have_names_of_their_own_in_one_order(name: str) -> N
     assert len(orders) == 1
 
 
-@given(seed=st.integers(0, 2**32), name=st.sampled_from(SIX))
+@given(seed=st.integers(0, 2**32), name=st.sampled_from(CLOSED))
 @settings(max_examples=30, deadline=None)
 def test_words_change_at_singularities_alone(seed: int, name: str) -> None:
     robot = rd.robots.get(name)

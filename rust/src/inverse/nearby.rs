@@ -5,9 +5,8 @@ use super::postures::Postures;
 use super::singularity::null_joints;
 use crate::linalg::frame::Frame;
 use crate::linalg::{MAX_JOINTS, with_capacity};
-use crate::robot::{AT_LIMIT, Joint, Limits, Robot, nearest_turn};
+use crate::robot::{Joint, Robot, nearest_turn};
 use crate::task::{Target, Task};
-use std::f64::consts::TAU;
 
 /// Error of a pose below which a posture that was moved counts as a solution: that of the solver.
 const VERIFIED: f64 = 1e-10;
@@ -86,7 +85,7 @@ impl Nearness<'_> {
             if self.robot.joints()[i] == Joint::Revolute && !held {
                 *x = nearest_turn(*x, self.near[i]);
                 if inside {
-                    *x = within(self.robot.limits(), i, *x);
+                    *x = self.robot.limits().brought_back(i, *x);
                 }
             }
         }
@@ -157,18 +156,6 @@ impl Nearness<'_> {
             Joint::Revolute => nearest_turn(a - b, 0.0).abs() <= SAME,
             Joint::Prismatic => (a - b).abs() <= SAME,
         })
-    }
-}
-
-/// An angle by whole turns to where it is within the limits of joint `i`, if it is beyond.
-fn within(limits: &Limits, i: usize, angle: f64) -> f64 {
-    let (low, high) = (limits.q_min[i], limits.q_max[i]);
-    if angle < low - AT_LIMIT {
-        angle + TAU * ((low - AT_LIMIT - angle) / TAU).ceil()
-    } else if angle > high + AT_LIMIT {
-        angle - TAU * ((angle - high - AT_LIMIT) / TAU).ceil()
-    } else {
-        angle
     }
 }
 

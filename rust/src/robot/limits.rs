@@ -125,14 +125,9 @@ impl Limits {
         if self.is_bounded(i) { near } else { self.brought_back(i, near) }
     }
 
-    /// An angle of joint `i` by whole turns nearest to another, of those within its limits or on one; as little beyond the far one as can be where there are none.
-    pub fn turned_near(&self, i: usize, angle: f64, near: f64) -> f64 {
-        self.brought_back(i, nearest_turn(angle, near))
-    }
-
     /// As many whole turns as bring an angle back from beyond a limit.
     #[inline(always)]
-    fn brought_back(&self, i: usize, angle: f64) -> f64 {
+    pub fn brought_back(&self, i: usize, angle: f64) -> f64 {
         if angle < self.q_min[i] - AT_LIMIT {
             angle + TAU * ((self.q_min[i] - AT_LIMIT - angle) / TAU).ceil()
         } else if angle > self.q_max[i] + AT_LIMIT {
