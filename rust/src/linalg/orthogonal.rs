@@ -227,6 +227,12 @@ impl<const C: usize> Orthogonal<C> {
         self.lane_has_full_rank(0)
     }
 
+    /// Length of the shortest orthogonal vector: the smallest singular value is not above it.
+    #[inline(always)]
+    pub fn shortest(&self) -> f64 {
+        self.extremes(0).0.sqrt()
+    }
+
     /// Length of the shortest orthogonal vector over that of the longest: a cheap sign of near dependence, 0 to 1.
     #[inline(always)]
     pub fn spread(&self) -> f64 {

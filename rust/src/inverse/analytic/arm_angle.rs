@@ -48,9 +48,8 @@ impl ArmAngle {
             return Err(refused());
         }
         let size: f64 = links[1..].iter().map(|link| norm(link.origin)).sum();
-        let off = MEETING * size;
-        let point_of = |i: usize| match (meeting(&links[i], off), meeting(&links[i + 1], off)) {
-            (Some((first, middle)), Some((other, last))) if (middle - other).abs() <= off => Some((first, last)),
+        let point_of = |i: usize| match (meeting(&links[i], size), meeting(&links[i + 1], size)) {
+            (Some((first, middle)), Some((other, last))) if (middle - other).abs() <= MEETING * size => Some((first, last)),
             _ => None,
         };
         let (shoulder, wrist) = (point_of(1).ok_or_else(refused)?, point_of(5).ok_or_else(refused)?);

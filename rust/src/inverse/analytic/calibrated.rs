@@ -66,8 +66,8 @@ fn link_as_meant(link: &Frame, short: f64) -> Frame {
 pub struct Carried {
     /// The largest error of the pose that one started with \[rad, m over `length`\].
     pub error: f64,
-    /// Shortest over longest orthogonal row of the Jacobian, of the one nearest to singular.
-    pub spread: f64,
+    /// How far one went at most \[rad\].
+    pub way: f64,
 }
 
 /// Moves postures of a nearby arm to where this one has its tool at the target; `None` if one of them does not get there.
@@ -88,25 +88,25 @@ fn carried_over_avx2(robot: &Robot, target: &Frame, length: f64, found: &mut Sol
 
 #[inline(always)]
 fn side_by_side(robot: &Robot, target: &Frame, length: f64, found: &mut Solutions) -> Option<Carried> {
-    let mut all = Carried { error: 0.0, spread: 1.0 };
+    let mut all = Carried { error: 0.0, way: 0.0 };
     for first in (0..found.count).step_by(Lanes::LANES) {
         // Lanes to spare repeat the last posture.
         let row = |lane: usize| (first + lane).min(found.count - 1).min(MAX_SOLUTIONS - 1);
         let start: [Lanes; 6] = std::array::from_fn(|k| Lanes::from_lanes(|lane| found.q[row(lane)][k]));
-        let (q, error, spread) = newton(robot, &Frame::splat(target), Lanes::splat(1.0 / length), start)?;
+        let (q, error, gone) = newton(robot, &Frame::splat(target), Lanes::splat(1.0 / length), start)?;
         for lane in 0..Lanes::LANES {
             found.q[row(lane)] = std::array::from_fn(|k| q[k].lane(lane));
             all.error = all.error.max(error.lane(lane).sqrt());
+            all.way = all.way.max(gone.lane(lane).sqrt());
         }
-        all.spread = all.spread.min(spread);
     }
     Some(all)
 }
 
-/// Newton's method on the full pose, the square of the error that it started with, and the least spread at its end; `None` where it does not
-/// converge nearby.
+/// Newton's method on the full pose, and the squares of the error that it started with and of how far it went; `None` where it does not converge
+/// nearby.
 #[inline(always)]
-fn newton<R: Real>(robot: &Robot, target: &Frame<R>, over_length: R, start: [R; 6]) -> Option<([R; 6], R, f64)> {
+fn newton<R: Real>(robot: &Robot, target: &Frame<R>, over_length: R, start: [R; 6]) -> Option<([R; 6], R, R)> {
     let (mut q, stray) = (start, R::splat(STRAY * STRAY));
     let mut factors = Orthogonal::<6, R>::blank();
     let mut first = None;
@@ -140,8 +140,7 @@ fn newton<R: Real>(robot: &Robot, target: &Frame<R>, over_length: R, start: [R; 
             return None;
         }
         if all_less(dot(&step, &step), R::splat(ENDED * ENDED)) {
-            let spread = (0..R::LANES).map(|lane| factors.lane_spread(lane)).fold(1.0, f64::min);
-            return Some((q, error, spread));
+            return Some((q, error, gone));
         }
     }
     None

@@ -27,12 +27,16 @@ pub const CLOSED: f64 = 4e-15;
 pub const VERIFIED: f64 = 1e-10;
 /// The same for candidates of the elimination, which puts a third one between two that nearly meet.
 const VERIFIED_ROOT: f64 = 1e-12;
-/// Shortest over longest orthogonal row of the Jacobian at which two solutions of the elimination are one to its accuracy.
+/// Shortest orthogonal row of the Jacobian [rad, m] at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
 /// How many times what the arm is off the gaps between solutions have to be, so that none comes or goes.
 const CLEARANCE: f64 = 8.0;
-/// The same for how far the postures have to be from singular.
+/// A posture that goes farther on the way to the arm as it is [rad] is near others that may come.
+const ASTRAY: f64 = 0.05;
+/// How many times what the arm is off postures that nearly meet have to be from singular.
 const REGULAR: f64 = 3.0;
+/// Below this they have met.
+const MET: f64 = 1e-8;
 /// Random postures that have to be singular for an arm to count as singular everywhere.
 const SAMPLED: usize = 6;
 /// Newton steps of a polish.
@@ -71,7 +75,7 @@ impl Inverse {
         out.deficient = (0..SAMPLED).all(|_| {
             let mut q = [0.0; 6];
             postures.fill(&out.robot, &mut q);
-            out.is_singular(&q)
+            out.spread(&q) < SINGULAR
         });
         Ok(out)
     }
@@ -121,6 +125,9 @@ impl Inverse {
         }
         self.verify(target, &mut found);
         found.merge_twins();
+        if self.structure == Structure::General {
+            self.even_out(&mut found);
+        }
         if found.count == 0 && !found.complete { self.some(&links, target, found) } else { found }
     }
 
@@ -133,10 +140,10 @@ impl Inverse {
         let off = carried.filter(|_| start.count > 0).map_or(off, |carried| carried.error);
         let sure = start.complete && start.gap >= CLEARANCE * off;
         self.settle(&mut found);
-        if let Some(Carried { spread, .. }) = carried
+        if let Some(Carried { way, .. }) = carried
             && found.count == start.count
         {
-            return (found, sure && spread >= REGULAR * off);
+            return (found, sure && way <= ASTRAY);
         }
         // Two are about to meet, or have met and are gone.
         let Some(all) = beside(links, &start.q[..start.count]) else { return (Solutions::NONE, false) };
@@ -198,19 +205,35 @@ impl Inverse {
 
     /// Whether branches meet in a posture, to the accuracy of a double root.
     fn is_singular(&self, q: &[f64; 6]) -> bool {
-        self.spread(q) < SINGULAR
+        self.factors(q, 1.0).shortest() < SINGULAR
     }
 
-    /// Shortest over longest orthogonal row of the Jacobian.
+    /// Shortest over longest orthogonal row of the Jacobian, lengths over the size of the robot.
     fn spread(&self, q: &[f64; 6]) -> f64 {
+        self.factors(q, self.size).spread()
+    }
+
+    fn factors(&self, q: &[f64; 6], length: f64) -> Orthogonal<6> {
         let (_, columns) = jacobian::<6>(&self.robot, q);
         let mut rows = [[0.0; 6]; 6];
         for i in 0..6 {
             for r in 0..3 {
-                (rows[r][i], rows[r + 3][i]) = (self.size * columns.w[i][r], columns.v[i][r]);
+                (rows[r][i], rows[r + 3][i]) = (columns.w[i][r], columns.v[i][r] / length);
             }
         }
-        Orthogonal::new(&rows, 6, 6).spread()
+        Orthogonal::new(&rows, 6, 6)
+    }
+
+    /// Regular solutions come in pairs: where one of a pair that nearly meets is called singular and the other is not, neither is.
+    fn even_out(&self, found: &mut Solutions) {
+        let (q, singular) = (&found.q[..found.count], &mut found.singular[..found.count]);
+        if singular.iter().filter(|flag| !**flag).count().is_multiple_of(2) {
+            return;
+        }
+        let most_regular = (0..q.len()).filter(|i| singular[*i]).max_by(|a, b| self.spread(&q[*a]).total_cmp(&self.spread(&q[*b])));
+        if let Some(i) = most_regular.filter(|i| self.factors(&q[*i], 1.0).shortest() > MET) {
+            singular[i] = false;
+        }
     }
 
     /// Takes whole turns off, as [`Inverse::solve`] says.

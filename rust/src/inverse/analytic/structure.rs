@@ -41,8 +41,8 @@ pub fn entered(links: &Loop, first: usize) -> Loop {
     std::array::from_fn(|i| links[(i + first) % 6])
 }
 
-/// Where the z axis of the parent frame meets that of `link`: heights on both; `None` if they pass by more than `off` \[m\] or are parallel.
-pub fn meeting(link: &Frame, off: f64) -> Option<(f64, f64)> {
+/// Where the z axis of the parent frame meets that of `link`: heights on both; `None` if they pass or are parallel.
+pub fn meeting(link: &Frame, size: f64) -> Option<(f64, f64)> {
     let axis = link.axes[2];
     let sine2 = axis[0] * axis[0] + axis[1] * axis[1];
     if sine2 < SLANTED * SLANTED {
@@ -51,17 +51,17 @@ pub fn meeting(link: &Frame, off: f64) -> Option<(f64, f64)> {
     // The point origin + k axis nearest to the z axis.
     let k = -(axis[0] * link.origin[0] + axis[1] * link.origin[1]) / sine2;
     let point = add(link.origin, scale(k, axis));
-    (point[0].hypot(point[1]) <= off).then_some((point[2], k))
+    (point[0].hypot(point[1]) <= COINCIDENT * size).then_some((point[2], k))
 }
 
 impl Structure {
     /// Of a loop whose last transform (the one with the target) may be anything.
     pub fn of(links: &Loop) -> Self {
-        let off = COINCIDENT * links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
+        let size = links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();
         // The usual place first: the hand.
         for (i, first) in [(3, 0), (0, 3), (1, 4), (2, 5)] {
-            if let (Some((before, middle)), Some((other, after))) = (meeting(&links[i], off), meeting(&links[i + 1], off))
-                && (middle - other).abs() <= off
+            if let (Some((before, middle)), Some((other, after))) = (meeting(&links[i], size), meeting(&links[i + 1], size))
+                && (middle - other).abs() <= COINCIDENT * size
             {
                 return Self::Wrist { first, before, after };
             }

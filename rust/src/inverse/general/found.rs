@@ -1,7 +1,7 @@
 //! Solutions of a loop, each once.
 
 /// Two solutions this near to each other are one [rad].
-const SAME: f64 = 1e-6;
+const SAME: f64 = 2e-7;
 
 /// The solutions found so far.
 #[derive(Debug, Clone, Copy)]
