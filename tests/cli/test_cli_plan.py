@@ -186,7 +186,6 @@ def test_bad_settings_name_file_and_key(tmp_path: Path, command: str, text: str,
     ("old", "new", "message"),
     [
         ('"axisymmetric"', '"position"', "task is of the kind 'position'"),
-        ('"fanuc_m710ic50_milling"', '"planar_3r"', "expected at least 5 joints"),
         ("[path.helix]", "[plan]\nclosed = true\n[path.helix]", "the last point of the path is not the first"),
     ],
 )

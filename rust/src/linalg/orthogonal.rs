@@ -141,13 +141,6 @@ impl<const C: usize, T: Real> Orthogonal<C, T> {
         (smallest, largest)
     }
 
-    /// Length of the shortest orthogonal vector over that of the longest, in one lane.
-    #[inline(always)]
-    pub fn lane_spread(&self, lane: usize) -> f64 {
-        let (smallest, largest) = self.extremes(lane);
-        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
-    }
-
     /// Whether the rows of A, in one lane, are independent to working precision.
     #[inline(always)]
     pub fn lane_has_full_rank(&self, lane: usize) -> bool {
@@ -227,16 +220,11 @@ impl<const C: usize> Orthogonal<C> {
         self.lane_has_full_rank(0)
     }
 
-    /// Length of the shortest orthogonal vector: the smallest singular value is not above it.
-    #[inline(always)]
-    pub fn shortest(&self) -> f64 {
-        self.extremes(0).0.sqrt()
-    }
-
     /// Length of the shortest orthogonal vector over that of the longest: a cheap sign of near dependence, 0 to 1.
     #[inline(always)]
     pub fn spread(&self) -> f64 {
-        self.lane_spread(0)
+        let (smallest, largest) = self.extremes(0);
+        (smallest / largest.max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// An orthonormal basis of the null space of A: vector `j` in row `j`, n - m of them.

@@ -102,7 +102,9 @@ fn last_and_planar(l: &Loop, (c1, s1): Turn, (c5, s5): Turn, from_two: Vec3, sid
         return;
     };
     found.complete &= !in_line;
-    found.gap = found.gap.min(third.gap);
+    // Near in line the direction of joint 6 is that much less sure, and so is the reach.
+    let sure = if third.count > 0 { 1.0 } else { across(from_two).sqrt() };
+    found.gap = found.gap.min(third.gap * sure);
     for ((c3, s3), elbow, stretched) in third.iter() {
         let arm = std::array::from_fn(|i| upper[i] + c3 * spokes[0][i] + s3 * spokes[1][i]);
         let q2 = angle_between(arm, reach);

@@ -14,9 +14,11 @@ use crate::inverse::general::{beside, cannot_close, general};
 use crate::inverse::newton::reach_sized;
 use crate::inverse::search::search;
 use crate::kinematics::sized::{forward_of, jacobian};
+use crate::linalg::Mat6;
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::real::{Lanes, Real};
+use crate::linalg::svd::Svd;
 use crate::linalg::vector::norm;
 use crate::robot::{Joint, RandomPostures, Robot};
 use crate::task::{Target, Task};
@@ -27,7 +29,7 @@ pub const CLOSED: f64 = 4e-15;
 pub const VERIFIED: f64 = 1e-10;
 /// The same for candidates of the elimination, which puts a third one between two that nearly meet.
 const VERIFIED_ROOT: f64 = 1e-12;
-/// Shortest orthogonal row of the Jacobian [rad, m] at which two solutions of the elimination are one to its accuracy.
+/// Smallest singular value of the Jacobian [rad, m] at which two solutions of the elimination are one to its accuracy.
 const SINGULAR: f64 = 1e-6;
 /// How many times what the arm is off the gaps between solutions have to be, so that none comes or goes.
 const CLEARANCE: f64 = 8.0;
@@ -205,15 +207,21 @@ impl Inverse {
 
     /// Whether branches meet in a posture, to the accuracy of a double root.
     fn is_singular(&self, q: &[f64; 6]) -> bool {
-        self.factors(q, 1.0).shortest() < SINGULAR
+        self.smallest(q) < SINGULAR
+    }
+
+    /// The smallest singular value of the Jacobian \[rad, m\].
+    fn smallest(&self, q: &[f64; 6]) -> f64 {
+        Svd::<6>::new(&self.rows(q, 1.0), 6, 6).sigma[5]
     }
 
     /// Shortest over longest orthogonal row of the Jacobian, lengths over the size of the robot.
     fn spread(&self, q: &[f64; 6]) -> f64 {
-        self.factors(q, self.size).spread()
+        Orthogonal::new(&self.rows(q, self.size), 6, 6).spread()
     }
 
-    fn factors(&self, q: &[f64; 6], length: f64) -> Orthogonal<6> {
+    /// The Jacobian by rows, lengths over one.
+    fn rows(&self, q: &[f64; 6], length: f64) -> Mat6 {
         let (_, columns) = jacobian::<6>(&self.robot, q);
         let mut rows = [[0.0; 6]; 6];
         for i in 0..6 {
@@ -221,7 +229,7 @@ impl Inverse {
                 (rows[r][i], rows[r + 3][i]) = (columns.w[i][r], columns.v[i][r] / length);
             }
         }
-        Orthogonal::new(&rows, 6, 6)
+        rows
     }
 
     /// Regular solutions come in pairs: where one of a pair that nearly meets is called singular and the other is not, neither is.
@@ -230,8 +238,8 @@ impl Inverse {
         if singular.iter().filter(|flag| !**flag).count().is_multiple_of(2) {
             return;
         }
-        let most_regular = (0..q.len()).filter(|i| singular[*i]).max_by(|a, b| self.spread(&q[*a]).total_cmp(&self.spread(&q[*b])));
-        if let Some(i) = most_regular.filter(|i| self.factors(&q[*i], 1.0).shortest() > MET) {
+        let most_regular = (0..q.len()).filter(|i| singular[*i]).max_by(|a, b| self.smallest(&q[*a]).total_cmp(&self.smallest(&q[*b])));
+        if let Some(i) = most_regular.filter(|i| self.smallest(&q[*i]) > MET) {
             singular[i] = false;
         }
     }

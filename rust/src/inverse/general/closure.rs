@@ -63,6 +63,11 @@ pub fn twins(links: &[Frame; 6], q: &[f64; 6]) -> [Option<[f64; 6]>; 2] {
     [FOLD, -FOLD].map(|step| polished(links, &std::array::from_fn(|i| q[i] + step * along[i])))
 }
 
+/// Smallest over largest pivot of the Jacobian.
+pub fn spread(links: &[Frame; 6], q: &[f64; 6]) -> f64 {
+    Lu::new(closure(links, q).1).spread()
+}
+
 /// Whether a solution is one of a continuum: the loop closes a little way along the direction that the Jacobian does not see, too.
 pub fn moves_on(links: &[Frame; 6], q: &[f64; 6]) -> bool {
     let factors = Lu::new(closure(links, q).1);

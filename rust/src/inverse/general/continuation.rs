@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use super::closure::{polished, twins};
+use super::closure::{polished, spread, twins};
 use super::found::Found;
 use super::line::{Line, Turn, closure};
 use super::start;
@@ -259,6 +259,8 @@ const GONE: f64 = 10.0;
 const SEEN: f64 = 1e-2;
 /// Two ends this near to each other are one [rad].
 const SAME: f64 = 1e-5;
+/// Smallest over largest pivot of the Jacobian at which two solutions may have become one.
+const MET: f64 = 1e-6;
 /// What may be left of the line at a singular end.
 const NEARLY_ENDED: f64 = 1e-7;
 
@@ -276,8 +278,10 @@ impl End {
         let off = self.imaginary();
         if self.left <= NEARLY_ENDED && !(NEARLY_REAL..FAR).contains(&off) {
             Verdict::Proven
-        } else if off >= FAR {
+        } else if self.left <= SEEN && off >= GONE {
             Verdict::Likely
+        } else if off >= FAR {
+            Verdict::Lost
         } else {
             Verdict::Doubtful
         }
@@ -298,43 +302,59 @@ impl End {
 enum Verdict {
     /// All sixteen are accounted for.
     Proven,
-    /// Some went too far away to be followed to their ends.
+    /// Some were about to end too far away to be followed.
     Likely,
+    /// Some went too far away before.
+    Lost,
     /// Some are missing.
     Doubtful,
 }
 
 /// The real solutions of a loop, and whether all that are regular are among them: either all ways are accounted for, or two lines through the
-/// space of loops agree, or one with solutions that are `known` by other means.
+/// space of loops agree, or one that ends with solutions that are `known` by other means.
 pub fn continued(links: &[Frame; 6], known: Found) -> (Found, bool) {
     let mut all = known;
-    let mut likely = !known.solutions().is_empty();
+    let (mut likely, mut lost) = (!known.solutions().is_empty(), false);
     for (first, accuracy) in ATTEMPTS {
-        let entered: [Frame; 6] = std::array::from_fn(|i| links[(i + first) % 6]);
-        let ends = ends(&entered, accuracy);
-        let mut verdict = verdict(&ends);
-        let (before, mut here) = (all.solutions().len(), Found::none());
-        for end in ends.iter().filter(|end| end.imaginary() <= if end.has_ended() { REAL } else { NEARLY_REAL }) {
-            match polished(&entered, &end.q.map(|z| z.re)) {
-                Some(q) => {
-                    // At a singular end two are one, or nearly.
-                    let others = if end.has_ended() { [None; 2] } else { twins(&entered, &q) };
-                    for mut q in others.into_iter().flatten().chain([q]) {
-                        q.rotate_right(first);
-                        here.add(&q);
-                        all.add(&q);
-                    }
-                }
-                None => verdict = Verdict::Doubtful,
-            }
-        }
+        let before = all.solutions().len();
+        let (here, verdict) = attempt(links, first, accuracy);
+        here.solutions().iter().for_each(|q| all.add(q));
         let agree = here.solutions().len() == all.solutions().len() && all.solutions().len() == before;
-        if verdict == Verdict::Proven || (verdict == Verdict::Likely && likely && agree) {
-            return (all, true);
+        match verdict {
+            Verdict::Proven => return (all, true),
+            Verdict::Likely if agree && (likely || lost) => return (all, true),
+            Verdict::Lost if agree && lost => return (all, true),
+            _ => {}
         }
-        likely = verdict == Verdict::Likely && here.solutions().len() == all.solutions().len();
+        let whole = here.solutions().len() == all.solutions().len();
+        likely = verdict == Verdict::Likely && whole;
+        lost = verdict <= Verdict::Lost && whole;
     }
     (all, false)
+}
+
+/// What one line finds.
+fn attempt(links: &[Frame; 6], first: usize, accuracy: f64) -> (Found, Verdict) {
+    let entered: [Frame; 6] = std::array::from_fn(|i| links[(i + first) % 6]);
+    let ends = ends(&entered, accuracy);
+    let (mut verdict, mut found) = (verdict(&ends), Found::none());
+    for end in ends.iter().filter(|end| end.imaginary() <= if end.has_ended() { REAL } else { NEARLY_REAL }) {
+        let Some(q) = polished(&entered, &end.q.map(|z| z.re)) else {
+            verdict = Verdict::Doubtful;
+            continue;
+        };
+        // At a singular end two are one, or nearly.
+        let others = if end.has_ended() { [None; 2] } else { twins(&entered, &q) };
+        for mut q in others.into_iter().flatten().chain([q]) {
+            q.rotate_right(first);
+            found.add(&q);
+        }
+    }
+    let singular = || found.solutions().iter().any(|q| spread(links, q) < MET);
+    if !found.solutions().len().is_multiple_of(2) && !singular() {
+        verdict = Verdict::Doubtful;
+    }
+    (found, verdict)
 }
 
 /// Ends have to differ and come with their conjugates, the real ones in even number, since regular solutions of a real loop come and go in
@@ -344,7 +364,9 @@ fn verdict(ends: &[End; WAYS]) -> Verdict {
     let apart = (0..WAYS).all(|i| !near(&&ends[i]) || !ends[..i].iter().filter(near).any(|other| ends[i].is_at(other, false)));
     let real = ends.iter().filter(near).filter(|end| end.imaginary() <= REAL).count();
     let paired = |end: &End| end.imaginary() <= REAL || ends.iter().filter(near).any(|other| end.is_at(other, true));
-    if !apart || !real.is_multiple_of(2) || !ends.iter().filter(near).all(paired) {
+    // Where all go to infinity the loop has no shape.
+    let some = ends.iter().any(|end| near(&end));
+    if !some || !apart || !real.is_multiple_of(2) || !ends.iter().filter(near).all(paired) {
         return Verdict::Doubtful;
     }
     ends.iter().filter(|end| !end.has_ended()).map(End::unfinished).max().unwrap_or(Verdict::Proven)

@@ -30,6 +30,9 @@ const OUT_OF_REACH: f64 = 1e-9;
 /// known; elimination is at its worst there, and left out.
 pub fn general(links: &[Frame; 6], known: Option<&[[f64; 6]]>) -> (Found, bool) {
     let links = normalised(links);
+    if !links.iter().flat_map(|link| link.origin).all(f64::is_finite) {
+        return (Found::none(), false);
+    }
     if cannot_close(&links) {
         return (Found::none(), true);
     }
@@ -45,13 +48,19 @@ pub fn general(links: &[Frame; 6], known: Option<&[[f64; 6]]>) -> (Found, bool) 
     (found, complete && !found.solutions().iter().any(|q| moves_on(&links, q)))
 }
 
+/// How far a solution may be from where it was looked for to count as found there [rad].
+const NEXT: f64 = 0.3;
+
 /// The solutions next to places that nearly are solutions, on both sides of a fold: where one comes or goes another does, so that they are even
-/// in number, or `None`.
+/// in number. `None` where they are not, or a search leads somewhere else.
 pub fn beside(links: &[Frame; 6], places: &[[f64; 6]]) -> Option<Found> {
     let links = normalised(links);
     let mut found = Found::none();
     for place in places {
         if let Some(q) = polished(&links, place) {
+            if (0..6).any(|i| (0.5 * (q[i] - place[i])).sin().abs() > 0.5 * NEXT) {
+                return None;
+            }
             found.add(&q);
             twins(&links, &q).iter().flatten().for_each(|twin| found.add(twin));
         }
