@@ -58,7 +58,10 @@ def test_an_even_number_is_found() -> None:
     found, _, complete = crx.inverse(pose, report=True)
     check_solutions(crx, pose, found)
     assert (len(found), complete) == (8, True)
-    own_search = [0.4441090377745, 1.0123837657285, -0.5751496600243, 2.0729218544517, 0.7203898367771, -2.5201284736142]
+    own_search = [
+        *(0.4441090377745, 1.0123837657285, -0.5751496600243),
+        *(2.0729218544517, 0.7203898367771, -2.5201284736142),
+    ]
     assert distance(found, np.array(own_search)).min() < 1e-9
 
 
@@ -165,4 +168,3 @@ def test_nearness_to_a_closed_form_does_not_tell() -> None:
             assert distance(found, made_from).min() < 1e-7
             if complete and smallest_singular_value(robot, found).min() > 1e-4:
                 assert all(distance(found, other).min() < 1e-5 for other in others)
-

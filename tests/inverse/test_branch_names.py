@@ -6,7 +6,7 @@ import redundancy as rd
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.inverse.arms import IRB120, KUKA, CLOSED, UR5E, Q
+from tests.inverse.arms import CLOSED, IRB120, KUKA, UR5E, Q
 from tests.inverse.test_inverse_singular import SINGULAR
 from tests.reference.arms import angles, random_arm, smallest_singular_value
 from tests.reference.chain import F64, random_frame

@@ -100,7 +100,10 @@ def paired_arm(rng: np.random.Generator) -> rd.Robot:
     a, d = rng.uniform(-0.5, 0.5, (2, 6))
     alpha = rng.uniform(-np.pi, np.pi, 6)
     kinds = rng.choice(["any", "parallel", "meeting", "square", "coaxial"], 6, p=[0.3, 0.2, 0.25, 0.2, 0.05])
-    rounding = lambda: 0.0 if rng.random() < 0.5 else rng.choice([1e-17, 1e-16, 1e-15]) * rng.standard_normal()  # noqa: E731
+
+    def rounding() -> float:
+        return 0.0 if rng.random() < 0.5 else float(rng.choice([1e-17, 1e-16, 1e-15]) * rng.standard_normal())
+
     for i, kind in enumerate(kinds[:5]):
         if kind in ("parallel", "coaxial"):
             alpha[i] = rng.choice([0.0, np.pi]) + rounding()

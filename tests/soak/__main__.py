@@ -4,10 +4,11 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import inverse, projectors, qp, rest, urdf
+from tests.soak import frames, inverse, projectors, qp, rest, urdf
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
+    "frames": frames.main,
     "projectors": projectors.main,
     "qp": qp.main,
     "rest": rest.main,

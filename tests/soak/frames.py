@@ -1,10 +1,11 @@
-"""Inverse kinematics on arms without a spherical wrist: `python -m tests.soak frames` prints a table and fails if a bar is missed.
+"""Inverse kinematics on arms without an ideal wrist: `python -m tests.soak frames` prints a table; 1 if it misses a bar.
 
-Half of the frames are special against the base: tool straight down, in one plane with axis 1, on axis 1, along coordinate
-planes, and next to all of these by 1e-12 to 1e-3. Bars: the posture that made the frame is found; the number of regular
-postures is even; `complete` holds for 99.9 % of the frames whose postures all have a smallest singular value above 1e-4,
-and a thousand Newton searches never refute it; "singular" is never said of a posture above 1e-6. An arm whose Jacobian
-lacks a direction everywhere has a continuum of postures: some have to come, flagged, and never "complete".
+Half of the frames are special against the base: tool straight down, in one plane with axis 1, on axis 1, along
+coordinate planes, and next to all of these by 1e-12 to 1e-3. Bars: the posture that made the frame is found; the number
+of regular postures is even; `complete` holds for 99.9 % of the frames whose postures all have a smallest singular value
+above 1e-4, and a thousand Newton searches never refute it; "singular" is never said of a posture above 1e-6. An arm
+whose Jacobian lacks a direction everywhere has a continuum of postures: some have to come, flagged, and never
+"complete".
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ class Row:
         bad = self.missed + self.odd + self.refuted + self.called_singular + self.continuum_wrong
         return bad == 0 and self.complete >= SHARE * self.clear
 
-    def add(self, robot: rd.Robot, q: F64, rng: np.random.Generator, checks: int, advance: Callable[[int], None]) -> None:
+    def add(
+        self, robot: rd.Robot, q: F64, rng: np.random.Generator, checks: int, advance: Callable[[int], None]
+    ) -> None:
         """Count the frames of one arm; some of them are searched by Newton, too."""
         self.arms += 1
         everywhere = bool((_sigma(robot, angles(rng, 20, 6)) < REGULAR).all())
