@@ -1,7 +1,7 @@
 """What calibration costs: every posture of arms whose wrist is ideal and of the same arms as calibrated, in pairs.
 
-Run ``python benches/python/calibrated_wrist.py``. Each link of the calibrated arm is off by about a tenth of a millimetre
-and of a milliradian. Frames are those of random postures, the same for both; one pose a call, on one core.
+Run ``python benches/python/calibrated_wrist.py``. Each link of the calibrated arm is off by about a tenth of a
+millimetre and of a milliradian. Frames are those of random postures, the same for both; one pose a call, on one core.
 """
 
 import time

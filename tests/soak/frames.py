@@ -1,4 +1,4 @@
-"""Inverse kinematics on arms without an ideal wrist: `python -m tests.soak frames` prints a table; 1 if it misses a bar.
+"""Postures of arms without an ideal wrist: `python -m tests.soak frames` prints a table and fails if a bar is missed.
 
 Half of the frames are special against the base: tool straight down, in one plane with axis 1, on axis 1, along
 coordinate planes, and next to all of these by 1e-12 to 1e-3. Bars: the posture that made the frame is found; the number
