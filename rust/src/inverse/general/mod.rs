@@ -12,6 +12,7 @@ mod line;
 mod polynomial;
 mod resultant;
 mod start;
+mod ways;
 
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{add, dot, norm, scale};
