@@ -1,6 +1,6 @@
 //! Seven-axis arms with a shoulder and a wrist that are points: all postures for a frame of the tool and an angle of the arm's plane.
 
-use super::circle::on_line;
+use super::circle::{Blind, on_line};
 use super::solutions::Solutions;
 use super::solver::{CLOSED, POLISH, VERIFIED};
 use super::structure::{Turned, meeting, point, square};
@@ -136,9 +136,8 @@ impl ArmAngle {
             let shoulder = Frame { axes: upper.axes.map(|axis| self.links[0].unrotate(axis)), origin: [0.0; 3] };
             let fore = upper.compose(&forearm);
             let last = Frame { axes: hand.axes.map(|axis| fore.unrotate(axis)), origin: [0.0; 3] };
-            let (mut above, mut below) = (f64::INFINITY, f64::INFINITY);
-            wrist(&self.links[1], &self.links[2], &shoulder, &mut above, |upper| {
-                wrist(&self.links[5], &self.links[6], &last, &mut below, |lower| {
+            wrist(&self.links[1], &self.links[2], &shoulder, &mut Blind, |upper| {
+                wrist(&self.links[5], &self.links[6], &last, &mut Blind, |lower| {
                     let ([q1, q2, q3], [q5, q6, q7]) = (upper.q, lower.q);
                     let branch = 4 * elbow + 2 * upper.side + lower.side;
                     found.push([q1, q2, q3, s4.atan2(c4), q5, q6, q7], branch, stretched || upper.singular || lower.singular);

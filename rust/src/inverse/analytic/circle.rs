@@ -21,8 +21,53 @@ pub struct Points {
     pub tangent: [bool; 4],
     /// How many there are.
     pub count: usize,
-    /// How much the line or curve may change, relative to its size, before points come that are not there now, or all of the circle fulfils it.
+    /// How much the line or curve may change before points come that are not there now, or all of the circle fulfils it; over `size`.
     pub gap: f64,
+    /// The size of what it is the sum of.
+    pub size: f64,
+}
+
+/// Whether a closed form keeps the smallest gap that it sees on its way: how much the arm may change, relative to its size, before solutions come.
+pub trait Watch {
+    /// Nothing seen yet.
+    fn new() -> Self;
+    /// Sees one.
+    fn see(&mut self, gap: impl FnOnce() -> f64);
+    /// Sees what another one saw.
+    fn join(&mut self, other: Self);
+}
+
+/// Keeps none: gaps are not even computed.
+pub struct Blind;
+
+impl Watch for Blind {
+    #[inline(always)]
+    fn new() -> Self {
+        Self
+    }
+
+    #[inline(always)]
+    fn see(&mut self, _: impl FnOnce() -> f64) {}
+
+    #[inline(always)]
+    fn join(&mut self, _: Self) {}
+}
+
+impl Watch for f64 {
+    #[inline(always)]
+    fn new() -> Self {
+        Self::INFINITY
+    }
+
+    #[inline(always)]
+    fn see(&mut self, gap: impl FnOnce() -> f64) {
+        *self = self.min(gap());
+    }
+
+    #[inline(always)]
+    fn join(&mut self, other: Self) {
+        *self = self.min(other);
+    }
 }
 
 impl Points {
@@ -31,6 +76,12 @@ impl Points {
             (self.at[self.count], self.side[self.count], self.tangent[self.count]) = (point, side, tangent);
             self.count += 1;
         }
+    }
+
+    /// What a [`Watch`] sees.
+    #[inline(always)]
+    pub fn gap(&self) -> f64 {
+        self.gap / self.size
     }
 
     /// The points, their sides and whether each is a tangent's.
@@ -52,9 +103,9 @@ pub fn on_line(line: &Turned, value: f64, scale: f64) -> Option<Points> {
     // On the line, at the foot of the perpendicular and half a chord to either side.
     let foot = rest / r;
     if foot.abs() > 1.0 + TOUCHING {
-        return Some(Points { gap: (foot.abs() - 1.0) * r / scale, ..Points::default() });
+        return Some(Points { gap: (foot.abs() - 1.0) * r, size: scale, ..Points::default() });
     }
-    Some(Points { gap: r / scale, ..beside((a / r, b / r), foot, 1.0 - foot.abs()) })
+    Some(Points { gap: r, size: scale, ..beside((a / r, b / r), foot, 1.0 - foot.abs()) })
 }
 
 /// A turn at which `line` lies between two values: none if that will do, else one well inside.
@@ -148,7 +199,7 @@ pub fn on_conic(k: &Conic, magnitude: f64) -> Option<Points> {
             }
         }
     }
-    points.gap *= scale / magnitude;
+    (points.gap, points.size) = (points.gap * scale, magnitude);
     Some(points)
 }
 
@@ -242,7 +293,7 @@ pub fn on_two_circles(a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> Option
     let mut conic: Conic = std::array::from_fn(|i| first[i] + second[i]);
     conic[0] -= 1.0;
     let points = on_conic(&conic, magnitude(&[first, second]).max(1.0))?;
-    let mut pairs = Pairs { gap: points.gap, ..Pairs::default() };
+    let mut pairs = Pairs { gap: points.gap(), ..Pairs::default() };
     for ((c, s), side, tangent) in points.iter() {
         let at = |i: usize| constant[i] + c * cosine[i] + s * sine[i];
         let r = at(0).hypot(at(1));
@@ -258,7 +309,7 @@ pub struct Pairs {
     pub at: [(Point, Point, u8, bool); 4],
     /// How many there are.
     pub count: usize,
-    /// As [`Points::gap`].
+    /// The smallest gap, as [`Watch`] has it.
     pub gap: f64,
 }
 
@@ -301,11 +352,11 @@ fn lines(weights: [f64; 2], a: [[f64; 2]; 2], b: [[f64; 2]; 2], e: [f64; 2]) -> 
     let line = Turned { constant: 0.0, cosine: combined(&a, 0), sine: combined(&a, 1) };
     let xs = on_line(&line, weights[0] * e[0] + weights[1] * e[1], size(&a))?;
     let row = usize::from(b[1][0].hypot(b[1][1]) > b[0][0].hypot(b[0][1]));
-    let mut pairs = Pairs { gap: xs.gap, ..Pairs::default() };
+    let mut pairs = Pairs { gap: xs.gap(), ..Pairs::default() };
     for (x, side, double) in xs.iter() {
         let rest = e[row] - a[row][0] * x.0 - a[row][1] * x.1;
         let ys = on_line(&Turned { constant: 0.0, cosine: b[row][0], sine: b[row][1] }, rest, size(&b))?;
-        pairs.gap = pairs.gap.min(ys.gap);
+        pairs.gap = pairs.gap.min(ys.gap());
         for (y, other, tangent) in ys.iter() {
             pairs.push(x, y, 2 * side + other, double || tangent);
         }

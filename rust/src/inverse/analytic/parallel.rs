@@ -1,6 +1,6 @@
 //! Three parallel axes, joints 2, 3 and 4 of the loop (the UR robots and their kin).
 
-use super::circle::{on_line, on_two_circles, turn_between_values};
+use super::circle::{Watch, on_line, on_two_circles, turn_between_values};
 use super::solutions::Solutions;
 use super::structure::{Loop, Turn, Turned, across, angle_between, angle_of, point, square, third_row, turn_between, turned, unpoint};
 use super::wrist::middle_turns;
@@ -21,7 +21,7 @@ fn nearest_height(link: &Frame) -> f64 {
 }
 
 /// Every solution of `Z(q1) l[0] Z(q2) l[1] ... Z(q6) l[5] = 1` when axes 2, 3 and 4 are parallel; candidates, not verified.
-pub fn parallel(l: &Loop, found: &mut Solutions) {
+pub fn parallel<W: Watch>(l: &Loop, watch: &mut W, found: &mut Solutions) {
     let size: f64 = l.iter().map(|link| norm(link.origin)).sum();
     // Joints 2 to 4 keep their common axis, up to its sense, and what lies along it.
     let sense = (l[1].axes[2][2] * l[2].axes[2][2]).signum();
@@ -47,24 +47,24 @@ pub fn parallel(l: &Loop, found: &mut Solutions) {
         found.complete = false;
         return;
     };
-    found.gap = found.gap.min(pairs.gap);
+    watch.see(|| pairs.gap);
     for &((c1, s1), fifth, side, tangent) in &pairs.at[..pairs.count] {
         // The common axis seen from joint 6: near it in line, q5 is told by its sine.
         let from_two = scale(sense, l[5].rotate(turned(c1, s1, axis)));
-        found.gap = found.gap.min(across(from_two).sqrt());
+        watch.see(|| across(from_two).sqrt());
         if across(from_two) > NEARLY_IN_LINE * NEARLY_IN_LINE {
-            last_and_planar(l, (c1, s1), fifth, from_two, side, tangent, found);
+            last_and_planar(l, (c1, s1), fifth, from_two, side, tangent, watch, found);
             continue;
         }
         let Some(points) = middle_turns(&far_angle, from_two[2], across(from_two)) else {
             found.complete = false;
             continue;
         };
-        found.gap = 0.0;
+        watch.see(|| 0.0);
         for (turn, other, double) in points.iter() {
             let same_side = turn.0 * fifth.0 + turn.1 * fifth.1 > 0.0 && (tangent || other == side & 1);
             if same_side {
-                last_and_planar(l, (c1, s1), turn, from_two, 2 * (side / 2) + other, double, found);
+                last_and_planar(l, (c1, s1), turn, from_two, 2 * (side / 2) + other, double, watch, found);
             }
         }
     }
@@ -80,7 +80,16 @@ fn within_reach(distance: &Turned, reach: impl Fn(Turn) -> f64) -> Turn {
 }
 
 /// q6 from the directions, then the planar arm of joints 2, 3 and 4.
-fn last_and_planar(l: &Loop, (c1, s1): Turn, (c5, s5): Turn, from_two: Vec3, side: u8, tangent: bool, found: &mut Solutions) {
+fn last_and_planar(
+    l: &Loop,
+    (c1, s1): Turn,
+    (c5, s5): Turn,
+    from_two: Vec3,
+    side: u8,
+    tangent: bool,
+    watch: &mut impl Watch,
+    found: &mut Solutions,
+) {
     // The common axis seen from joint 6, from either end.
     let from_four = l[4].unrotate(turned(c5, -s5, third_row(&l[3])));
     let in_line = across(from_four) <= IN_LINE * IN_LINE || across(from_two) <= IN_LINE * IN_LINE;
@@ -103,8 +112,7 @@ fn last_and_planar(l: &Loop, (c1, s1): Turn, (c5, s5): Turn, from_two: Vec3, sid
     };
     found.complete &= !in_line;
     // Near in line the direction of joint 6 is that much less sure, and so is the reach.
-    let sure = if third.count > 0 { 1.0 } else { across(from_two).sqrt() };
-    found.gap = found.gap.min(third.gap * sure);
+    watch.see(|| third.gap() * if third.count > 0 { 1.0 } else { across(from_two).sqrt() });
     for ((c3, s3), elbow, stretched) in third.iter() {
         let arm = std::array::from_fn(|i| upper[i] + c3 * spokes[0][i] + s3 * spokes[1][i]);
         let q2 = angle_between(arm, reach);

@@ -1,6 +1,6 @@
 //! The first three joints of a decoupled arm: any three revolute axes that take a point to a place (Pieper 1968).
 
-use super::circle::{magnitude, on_conic, on_line, product};
+use super::circle::{Watch, magnitude, on_conic, on_line, product};
 use super::structure::{Turn, Turned, across, point, square, third_row, turn_between, turned, unpoint};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm};
@@ -23,12 +23,11 @@ pub struct Regional {
     pub free: Option<usize>,
 }
 
-/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for. `gap` becomes
-/// the smallest gap ([`super::circle::Points`]) on the way, if that is smaller.
+/// Calls `found` for each solution of `Z(q1) l1 Z(q2) l2 Z(q3) wrist = place`; false where there may be more than it was called for.
 #[inline(always)]
-pub fn regional(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, gap: &mut f64, found: impl FnMut(Regional)) -> bool {
+pub fn regional<W: Watch>(l1: &Frame, l2: &Frame, wrist: Vec3, place: Vec3, watch: &mut W, found: impl FnMut(Regional)) -> bool {
     let arm = Arm { l1, l2, wrist, place, size: norm(l1.origin) + norm(l2.origin) + norm(wrist) };
-    if across(l2.axes[2]) <= PARALLEL * PARALLEL { arm.elbow_parallel(gap, found) } else { arm.any(gap, found) }
+    if across(l2.axes[2]) <= PARALLEL * PARALLEL { arm.elbow_parallel(watch, found) } else { arm.any(watch, found) }
 }
 
 struct Arm<'a> {
@@ -58,23 +57,23 @@ impl Arm<'_> {
 
     /// Axes 2 and 3 parallel, as in most industrial arms: the place along them gives q1, its distance from axis 2 q3.
     #[inline(always)]
-    fn elbow_parallel(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
+    fn elbow_parallel(&self, watch: &mut impl Watch, mut found: impl FnMut(Regional)) -> bool {
         let wheel = self.wheel();
         // (l1^-1 Z(-q1) place) along z is what the wrist keeps along axis 2 whatever q3 is.
         let along = Turned::new(self.place, self.l1.axes[2]);
         let height = wheel[0][2] + dot(self.l1.axes[2], self.l1.origin);
         let Some(first) = on_line(&along, height, self.size) else {
             // Axis 1 parallel to the others, or the place on axis 1.
-            return self.shoulder_free(gap, found);
+            return self.shoulder_free(watch, found);
         };
-        *gap = gap.min(first.gap);
+        watch.see(|| first.gap());
         let distance = Self::distance(&wheel);
         for ((c1, s1), shoulder, beside) in first.iter() {
             let seen = unpoint(self.l1, turned(c1, -s1, self.place));
             let Some(third) = on_line(&distance, square(seen), self.size * self.size) else {
                 return false;
             };
-            *gap = gap.min(third.gap);
+            watch.see(|| third.gap());
             for ((c3, s3), elbow, stretched) in third.iter() {
                 let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
                 let on_axis = across(wrist) <= (ON_AXIS * self.size).powi(2);
@@ -87,16 +86,16 @@ impl Arm<'_> {
     }
 
     /// The place is on axis 1: q1 may be chosen, so it is 0.
-    fn shoulder_free(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
+    fn shoulder_free(&self, watch: &mut impl Watch, mut found: impl FnMut(Regional)) -> bool {
         if across(self.place) > (ON_AXIS * self.size).powi(2) {
-            return self.any(gap, found);
+            return self.any(watch, found);
         }
         let wheel = self.wheel();
         let seen = unpoint(self.l1, self.place);
         let Some(third) = on_line(&Self::distance(&wheel), square(seen), self.size * self.size) else {
             return false;
         };
-        *gap = 0.0;
+        watch.see(|| 0.0);
         for ((c3, s3), elbow, _) in third.iter() {
             let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c3 * wheel[1][i] + s3 * wheel[2][i]);
             found(Regional { turns: [(1.0, 0.0), turn_between(wrist, seen), (c3, s3)], side: elbow, singular: true, free: Some(0) });
@@ -106,7 +105,7 @@ impl Arm<'_> {
 
     /// Any axes. With x = Z(q2) l2 Z(q3) wrist, the height of the place along axis 1 and its squared distance from the foot of axis 1 do not
     /// depend on q1 and are linear in x; what x has across axis 2 is known up to its direction.
-    fn any(&self, gap: &mut f64, mut found: impl FnMut(Regional)) -> bool {
+    fn any(&self, watch: &mut impl Watch, mut found: impl FnMut(Regional)) -> bool {
         let wheel = self.wheel();
         let distance = Self::distance(&wheel);
         let (u, t) = (self.l1.unrotate(self.l1.origin), third_row(self.l1));
@@ -130,10 +129,10 @@ impl Arm<'_> {
             let Some(points) = on_conic(&std::array::from_fn(|i| xx[i] + yy[i] - radial[i]), magnitude(&[xx, yy, radial])) else {
                 return false;
             };
-            *gap = gap.min(points.gap);
+            watch.see(|| points.gap());
             let at = |f: &[f64; 3], c: f64, s: f64| f[0] + c * f[1] + s * f[2];
             for ((c, s), side, tangent) in points.iter() {
-                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, tangent, gap, &mut found);
+                self.close(&wheel, (c, s), (at(&x, c, s), at(&y, c, s)), side, tangent, watch, &mut found);
             }
             return true;
         }
@@ -152,9 +151,9 @@ impl Arm<'_> {
         let Some(third) = on_line(&line, 0.0, self.size * if size_u > PARALLEL * self.size { self.size } else { 1.0 }) else {
             return false;
         };
-        *gap = gap.min(third.gap);
+        watch.see(|| third.gap());
         for ((c, s), side, tangent) in third.iter() {
-            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, tangent, gap, &mut found);
+            self.with_third(&wheel, (c, s), known, row[0] + c * row[1] + s * row[2], 2 * side, tangent, watch, &mut found);
         }
         true
     }
@@ -168,7 +167,7 @@ impl Arm<'_> {
         value: f64,
         side: u8,
         tangent: bool,
-        gap: &mut f64,
+        watch: &mut impl Watch,
         found: &mut impl FnMut(Regional),
     ) {
         let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
@@ -176,16 +175,16 @@ impl Arm<'_> {
         let line = Turned { constant: 0.0, ..Turned::new([known[0], known[1], 0.0], wrist) };
         match on_line(&line, value, norm(known) * self.size) {
             Some(points) => {
-                *gap = gap.min(points.gap);
+                watch.see(|| points.gap());
                 for ((c2, s2), other, double) in points.iter() {
                     let x = (c2 * wrist[0] - s2 * wrist[1], s2 * wrist[0] + c2 * wrist[1]);
-                    self.close(wheel, (c, s), x, side + other, tangent || double, gap, found);
+                    self.close(wheel, (c, s), x, side + other, tangent || double, watch, found);
                 }
             }
             // The wrist is on axis 2: any q2 will do.
             None => {
-                *gap = 0.0;
-                self.close(wheel, (c, s), (wrist[0], wrist[1]), side, true, gap, found);
+                watch.see(|| 0.0);
+                self.close(wheel, (c, s), (wrist[0], wrist[1]), side, true, watch, found);
             }
         }
     }
@@ -198,7 +197,7 @@ impl Arm<'_> {
         (x, y): (f64, f64),
         side: u8,
         tangent: bool,
-        gap: &mut f64,
+        watch: &mut impl Watch,
         found: &mut impl FnMut(Regional),
     ) {
         let wrist: Vec3 = std::array::from_fn(|i| wheel[0][i] + c * wheel[1][i] + s * wheel[2][i]);
@@ -207,7 +206,7 @@ impl Arm<'_> {
         let second = if on_second { (1.0, 0.0) } else { turn_between(wrist, [x, y, 0.0]) };
         let seen = point(self.l1, turned(second.0, second.1, wrist));
         let on_first = across(seen) <= near || across(self.place) <= near;
-        *gap = gap.min(across(wrist).min(across(seen)).sqrt() / self.size);
+        watch.see(|| across(wrist).min(across(seen)).sqrt() / self.size);
         let first = if on_first { (1.0, 0.0) } else { turn_between(seen, self.place) };
         found(Regional {
             turns: [first, second, (c, s)],

@@ -21,20 +21,12 @@ pub struct Solutions<const N: usize = 6> {
     pub count: usize,
     /// Whether there are no others.
     pub complete: bool,
-    /// How much the arm may change, relative to its size, before solutions come, go or meet, roughly; of closed forms.
-    pub(in crate::inverse) gap: f64,
 }
 
 impl<const N: usize> Solutions<N> {
     /// None yet.
-    pub const NONE: Self = Self {
-        q: [[0.0; N]; MAX_SOLUTIONS],
-        branch: [0; MAX_SOLUTIONS],
-        singular: [false; MAX_SOLUTIONS],
-        count: 0,
-        complete: true,
-        gap: f64::INFINITY,
-    };
+    pub const NONE: Self =
+        Self { q: [[0.0; N]; MAX_SOLUTIONS], branch: [0; MAX_SOLUTIONS], singular: [false; MAX_SOLUTIONS], count: 0, complete: true };
 
     /// Adds a candidate; what does not fit any more is told as incomplete.
     #[inline(always)]

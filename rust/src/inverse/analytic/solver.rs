@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::calibrated::{Carried, as_meant, carried_over};
-use super::circle::turn_between_values;
+use super::circle::{Blind, Watch, turn_between_values};
 use super::parallel::parallel;
 use super::regional::{Regional, regional};
 use super::solutions::{MAX_SOLUTIONS, Solutions};
@@ -123,7 +123,7 @@ impl Inverse {
             }
             general_loop(&links, Some(&carried.q[..carried.count]), &mut found);
         } else {
-            closed_form(self.structure, &links, &mut found);
+            closed_form(self.structure, &links, &mut Blind, &mut found);
         }
         self.verify(target, &mut found);
         found.merge_twins();
@@ -135,12 +135,12 @@ impl Inverse {
 
     /// From the postures of the arm that this one was meant to be; whether none can come on the way from there to here, so that these are all.
     fn carried(&self, meant: &Loop, closed: Structure, off: f64, links: &Loop, target: &Frame) -> (Solutions, bool) {
-        let mut start = Solutions::NONE;
-        closed_form(closed, meant, &mut start);
+        let (mut start, mut gap) = (Solutions::NONE, f64::INFINITY);
+        closed_form(closed, meant, &mut gap, &mut start);
         let mut found = start;
         let carried = carried_over(&self.robot, target, self.size, &mut found);
         let off = carried.filter(|_| start.count > 0).map_or(off, |carried| carried.error);
-        let sure = start.complete && start.gap >= CLEARANCE * off;
+        let sure = start.complete && gap >= CLEARANCE * off;
         self.settle(&mut found);
         if let Some(Carried { way, .. }) = carried
             && found.count == start.count
@@ -286,14 +286,14 @@ fn side_by_side(robot: &Robot, target: &Frame, size: f64, q: &[[f64; 6]; MAX_SOL
 }
 
 /// All solutions of a loop, in closed form where its structure makes one; candidates, not verified.
-fn closed_form(structure: Structure, links: &Loop, found: &mut Solutions) {
+fn closed_form<W: Watch>(structure: Structure, links: &Loop, watch: &mut W, found: &mut Solutions) {
     let first = match structure {
         Structure::Wrist { first, before, after } => {
-            decoupled(&entered(links, first), before, after, found);
+            decoupled(&entered(links, first), before, after, watch, found);
             first
         }
         Structure::Parallel { first } => {
-            parallel(&entered(links, first), found);
+            parallel(&entered(links, first), watch, found);
             first
         }
         Structure::General | Structure::Sliding => {
@@ -309,11 +309,11 @@ fn closed_form(structure: Structure, links: &Loop, found: &mut Solutions) {
 }
 
 /// A wrist of joints 4, 5 and 6: the others place its centre, it does the rest.
-fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
+fn decoupled<W: Watch>(l: &Loop, before: f64, after: f64, watch: &mut W, found: &mut Solutions) {
     let centre = point(&l[2], [0.0, 0.0, before]);
     let place = unpoint(&l[5], [0.0, 0.0, after]);
     let hand = l[5].inverse();
-    let mut gap = f64::INFINITY;
+    let mut place_watch = W::new();
     let turn = |mut r: Regional| {
         if let Some(joint) = r.free {
             r.turns[joint] = chosen(l, &hand, &r.turns, joint);
@@ -321,18 +321,16 @@ fn decoupled(l: &Loop, before: f64, after: f64, found: &mut Solutions) {
         let arm = chained(Frame::IDENTITY, l, &r.turns, 0..3);
         let [q1, q2, q3] = r.turns.map(angle_of);
         let wanted = Frame { axes: hand.axes.map(|axis| arm.unrotate(axis)), origin: [0.0; 3] };
-        let mut gap = f64::INFINITY;
-        wrist(&l[3], &l[4], &wanted, &mut gap, |w| {
+        wrist(&l[3], &l[4], &wanted, watch, |w| {
             let [q4, q5, q6] = w.q;
             found.push([q1, q2, q3, q4, q5, q6], 2 * r.side + w.side, r.singular || w.singular);
             found.complete &= r.free.is_none() && !w.free;
         });
-        found.gap = found.gap.min(gap);
     };
-    if !regional(&l[0], &l[1], centre, place, &mut gap, turn) {
+    if !regional(&l[0], &l[1], centre, place, &mut place_watch, turn) {
         found.complete = false;
     }
-    found.gap = found.gap.min(gap);
+    watch.join(place_watch);
 }
 
 /// `start` followed by some of the joints and their links.

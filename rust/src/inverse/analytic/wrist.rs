@@ -1,6 +1,6 @@
 //! Three axes through a point, turned to an orientation.
 
-use super::circle::{Points, beside, on_line};
+use super::circle::{Points, Watch, beside, on_line};
 use super::structure::{Turned, across, angle_between, third_row};
 use crate::linalg::frame::Frame;
 
@@ -24,14 +24,14 @@ pub struct Turns {
     pub free: bool,
 }
 
-/// Calls `found` for each solution of `Z(q1) a Z(q2) b Z(q3) = wanted`, rotations alone; `gap` as in [`super::regional::regional`].
+/// Calls `found` for each solution of `Z(q1) a Z(q2) b Z(q3) = wanted`, rotations alone.
 #[inline(always)]
-pub fn wrist(a: &Frame, b: &Frame, wanted: &Frame, gap: &mut f64, mut found: impl FnMut(Turns)) {
+pub fn wrist<W: Watch>(a: &Frame, b: &Frame, wanted: &Frame, watch: &mut W, mut found: impl FnMut(Turns)) {
     let line = Turned::new(third_row(a), b.axes[2]);
     let Some(points) = middle_turns(&line, wanted.axes[2][2], across(wanted.axes[2])) else {
         return;
     };
-    *gap = gap.min(points.gap);
+    watch.see(|| points.gap());
     for ((c, s), side, tangent) in points.iter() {
         let middle = Frame { origin: [0.0; 3], ..*a }.turn_z(c, s).compose(b);
         // The third axis seen from the first, and the first from the third.
@@ -69,12 +69,12 @@ pub fn middle_turns(line: &Turned, cosine: f64, square: f64) -> Option<Points> {
     // Both are told apart by the way they lean, however little.
     let apart = points.count == 2 || square <= IN_LINE * IN_LINE;
     let points = if apart { points } else { leaning(towards, sense, (2.0 * gap).sqrt()) };
-    Some(Points { gap: square.sqrt(), ..points })
+    Some(Points { gap: square.sqrt(), size: 1.0, ..points })
 }
 
 /// The two points a small angle to either side of a unit vector (or of its opposite).
 fn leaning((x, y): (f64, f64), sense: f64, angle: f64) -> Points {
     let (x, y) = (sense * x, sense * y);
     let at = [(x - angle * y, y + angle * x), (x + angle * y, y - angle * x), (0.0, 0.0), (0.0, 0.0)];
-    Points { at, side: [0, 1, 0, 0], tangent: [true, true, false, false], count: 2, gap: 0.0 }
+    Points { at, side: [0, 1, 0, 0], tangent: [true, true, false, false], count: 2, gap: 0.0, size: 1.0 }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::arm::{Arm, solved};
 use super::chain::{Chain, Role};
 use crate::error::Result;
-use crate::inverse::analytic::circle::turn_between_values;
+use crate::inverse::analytic::circle::{Blind, turn_between_values};
 use crate::inverse::analytic::structure::{Turned, angle_of, meeting, point, third_row, unpoint};
 use crate::inverse::analytic::wrist::{Turns, wrist};
 use crate::inverse::{Inverse, Structure};
@@ -159,8 +159,7 @@ impl Six {
 /// Calls `found` for each solution of a wrist; one copy of its code.
 #[inline(never)]
 fn each_turn(a: &Frame, b: &Frame, wanted: &Frame, found: &mut dyn FnMut(Turns)) {
-    let mut gap = f64::INFINITY;
-    wrist(a, b, wanted, &mut gap, found);
+    wrist(a, b, wanted, &mut Blind, found);
 }
 
 /// `frame` moved by a joint.
