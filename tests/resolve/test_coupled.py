@@ -213,7 +213,7 @@ def test_solutions_are_optimal(kind: str) -> None:
             options={"ftol": 1e-15, "maxiter": 300},
         )
         assert found.value <= best.fun * (1.0 + 1e-8)
-        # Where a joint stands at its own limit too, the valley is flat. Joint 7 spins the tool, which its axis does not see.
+        # Where a joint is at its own limit too, the valley is flat. Joint 7 spins the tool, unseen by its axis.
         count = 6 if kind == "axisymmetric" else 7
         np.testing.assert_allclose(found.q[:count], best.x[:count], atol=3e-4)
         iterations.append(found.iterations)
