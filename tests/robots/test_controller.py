@@ -96,7 +96,7 @@ def test_crx_equals_the_description_of_its_maker(name: str, upper: float, height
 
 
 def test_a_published_pendant_posture_of_a_fanuc() -> None:
-    """ros-industrial/fanuc_experimental, issue 17: a pendant shows J3 -33.342 deg at these joint_states."""
+    """ros-industrial/fanuc_experimental, report no. 17: a pendant shows J3 -33.342 deg at these joint_states."""
     states = [
         0.2743533253669739,
         0.5467115640640259,
@@ -111,7 +111,7 @@ def test_a_published_pendant_posture_of_a_fanuc() -> None:
 
 
 def test_a_published_pendant_posture_of_a_crx() -> None:
-    """github.com/mattj23/crx-kinematics, issue 1: these angles on the controller put the wrist on axis 1."""
+    """github.com/mattj23/crx-kinematics, report no. 1: these angles on the controller put the wrist on axis 1."""
     robot = rd.robots.get("fanuc_crx10ia")
     q = robot.controller.to_robot(np.deg2rad([10.0, -80.0, 10.0, 20.0, -20.0, 45.0]))
     np.testing.assert_allclose(robot.link_frames(q)[3][:2, 3], 0.0, atol=1e-15)
