@@ -10,7 +10,6 @@ whose Jacobian lacks a direction everywhere has a continuum of postures: some ha
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import process_time
@@ -22,6 +21,7 @@ from redundancy._util import progress_bar as progress
 from tests.reference.arms import angles, distance, search, smallest_singular_value
 from tests.reference.chain import F64
 from tests.reference.special import general_arm, paired_arm, real_arms, special_postures
+from tests.soak.options import scaled
 
 FOUND, REGULAR, CLEAR, SHARE = 1e-6, 1e-6, 1e-4, 0.999
 ROUNDING = 3e-15
@@ -145,10 +145,7 @@ def main(arguments: list[str] | None = None) -> int:
     int
         Exit status, 1 if a bar was missed.
     """
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--scale", type=float, default=1.0, help="share of the frames, 1 for the full bars")
-    parser.add_argument("--seed", type=int, default=0, help="of the random numbers")
-    options = parser.parse_args(arguments)
+    options = scaled((__doc__ or "").splitlines()[0], "frames", arguments)
     with progress(round(200_000 * options.scale), "frames") as advance:
         counted = list(rows(options.scale, options.seed, advance))
     print("\n".join(table(counted)))

@@ -10,7 +10,6 @@ avoided it and it fails no bar.
 
 from __future__ import annotations
 
-import argparse
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -22,6 +21,7 @@ from redundancy._util import progress_bar as progress
 
 from tests.reference.arms import PLACES, distance, pose_error, random_arm, smallest_singular_value
 from tests.reference.chain import F64
+from tests.soak.options import scaled
 
 CLOSED_FORM, GENERAL = 1e-9, 1e-7
 SHARE = 0.999
@@ -188,10 +188,7 @@ def main(arguments: list[str] | None = None) -> int:
     int
         Exit status, 1 if a bar was missed.
     """
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--scale", type=float, default=1.0, help="share of the postures, 1 for the full bars")
-    parser.add_argument("--seed", type=int, default=0, help="of the random numbers")
-    options = parser.parse_args(arguments)
+    options = scaled((__doc__ or "").splitlines()[0], "postures", arguments)
     size = options.scale
     each = max(1, round(1e5 * size))
     few, many = max(1, round(100 * size)), max(1, round(1000 * size))

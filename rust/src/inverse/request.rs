@@ -167,7 +167,7 @@ impl<'a> Request<'a> {
             Way::Swept { joint, grid } => {
                 let mut all = Postures::none(n, false);
                 // The value that `near` has is one more of the grid.
-                let its = near.map(|near| near[*joint]).filter(|value| sweep::allows(self.robot, *joint, *value));
+                let its = near.map(|near| near[*joint]).filter(|value| self.robot.limits().admit(*joint, *value));
                 if let Some(Ok(held)) =
                     its.map(|value| Held::new(self.robot, self.wanted.task, [self.wanted.fixed, &[(*joint, value)]].concat()))
                 {

@@ -3,7 +3,6 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use super::analytic::Structure;
 use super::any::TaskInverse;
 use super::singularity::self_motion;
 use crate::error::{Error, Result};
@@ -38,23 +37,13 @@ pub fn grid(robot: &Robot, task: &Task, fixed: &[(usize, f64)], samples: usize) 
             continue;
         }
         // A rail before the others.
-        let rank = (rank(TaskInverse::new(Arc::new(rest), *task)?.structure()), robot.joints()[joint] == Joint::Revolute);
+        let rank = (TaskInverse::new(Arc::new(rest), *task)?.effort(), robot.joints()[joint] == Joint::Revolute);
         if best.is_none_or(|(least, most, _)| rank < least || (rank == least && share[k] > most)) {
             best = Some((rank, share[k], joint));
         }
     }
     let (_, _, joint) = best.ok_or_else(refused)?;
     Ok((joint, values(robot, joint, samples)?))
-}
-
-/// How hard the inverse kinematics is.
-fn rank(structure: Option<Structure>) -> u8 {
-    match structure {
-        Some(Structure::Wrist { .. }) => 0,
-        Some(Structure::Parallel { .. } | Structure::Sliding) => 1,
-        Some(Structure::General) => 2,
-        None => 3,
-    }
 }
 
 /// The share of each joint in the self-motion.
@@ -67,11 +56,6 @@ fn shares(robot: &Robot) -> Vec<f64> {
         }
     }
     share
-}
-
-/// Whether a joint may be held at a value.
-pub fn allows(robot: &Robot, joint: usize, value: f64) -> bool {
-    value >= robot.limits().q_min[joint] && value <= robot.limits().q_max[joint]
 }
 
 fn values(robot: &Robot, joint: usize, samples: usize) -> Result<Vec<f64>> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::numbers::{half_open, linspace, shown};
 use crate::error::{Error, Result};
-use crate::inverse::{Structure, TaskInverse};
+use crate::inverse::TaskInverse;
 use crate::robot::{Joint, Robot};
 use crate::task::Task;
 
@@ -114,7 +114,7 @@ fn choice(robot: &Robot, task: &Task) -> Result<Vec<usize>> {
         Some(count) => (sliding, turning, count),
         None => (Vec::new(), (0..n).collect(), n - cell_task(can_spin(robot, task), task).rank(robot)),
     };
-    let mut best: Option<((usize, usize), Vec<usize>)> = None;
+    let mut best: Option<((u8, usize), Vec<usize>)> = None;
     for extra in combinations(&among, count) {
         let mut joints = [&always[..], &extra].concat();
         joints.sort_unstable();
@@ -131,14 +131,9 @@ fn choice(robot: &Robot, task: &Task) -> Result<Vec<usize>> {
 }
 
 /// How hard the cells of a robot are to solve.
-fn effort(robot: Robot, task: &Task) -> Result<usize> {
+fn effort(robot: Robot, task: &Task) -> Result<u8> {
     let task = cell_task(can_spin(&robot, task), task);
-    Ok(match TaskInverse::new(Arc::new(robot), task)?.structure() {
-        Some(Structure::Wrist { .. } | Structure::Sliding) => 0,
-        Some(Structure::Parallel { .. }) => 1,
-        Some(Structure::General) => 2,
-        None => 3,
-    })
+    Ok(TaskInverse::new(Arc::new(robot), task)?.effort())
 }
 
 /// All choices of `count` of some items, in their order.

@@ -137,11 +137,16 @@ impl Limits {
         }
     }
 
+    /// Whether a coordinate of joint `i` is within its own position limits or on one ([`AT_LIMIT`]); NaN is not.
+    #[inline(always)]
+    pub fn admit(&self, i: usize, x: f64) -> bool {
+        x - self.q_min[i] >= -AT_LIMIT && self.q_max[i] - x >= -AT_LIMIT
+    }
+
     /// Whether `q` is within the position limits or on one ([`AT_LIMIT`]), those on combinations included; NaN is not.
     #[inline(never)]
     pub fn contain(&self, q: &[f64]) -> bool {
-        (0..q.len()).all(|i| q[i] - self.q_min[i] >= -AT_LIMIT && self.q_max[i] - q[i] >= -AT_LIMIT)
-            && self.coupled.iter().all(|it| it.margin(q) >= -AT_LIMIT)
+        (0..q.len()).all(|i| self.admit(i, q[i])) && self.coupled.iter().all(|it| it.margin(q) >= -AT_LIMIT)
     }
 
     /// Puts coordinates that rounding has taken beyond a limit of theirs onto it; whether `q` is within all limits, else it stays as it is.

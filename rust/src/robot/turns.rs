@@ -75,7 +75,7 @@ impl Robot {
         }
         let given = q[joint];
         if !turning[joint] || !self.is_periodic(joint) {
-            if given >= self.limits.q_min[joint] - AT_LIMIT && given <= self.limits.q_max[joint] + AT_LIMIT {
+            if self.limits.admit(joint, given) {
                 self.turns_from(joint + 1, q, turning, each);
             }
             return;

@@ -55,6 +55,15 @@ pub fn meeting(link: &Frame, size: f64) -> Option<(f64, f64)> {
 }
 
 impl Structure {
+    /// How hard it is to solve, 0 to 2: what there is to choose from is taken by this.
+    pub fn effort(self) -> u8 {
+        match self {
+            Self::Wrist { .. } | Self::Sliding => 0,
+            Self::Parallel { .. } => 1,
+            Self::General => 2,
+        }
+    }
+
     /// Of a loop whose last transform (the one with the target) may be anything.
     pub fn of(links: &Loop) -> Self {
         let size = links[..5].iter().map(|link| norm(link.origin)).sum::<f64>();

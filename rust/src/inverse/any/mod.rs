@@ -76,6 +76,11 @@ impl TaskInverse {
         }
     }
 
+    /// How hard it is to solve ([`Structure::effort`]); a search is hardest.
+    pub fn effort(&self) -> u8 {
+        self.structure().map_or(u8::MAX, Structure::effort)
+    }
+
     /// Whether [`Solutions::branch`] names the same branch for every target.
     pub fn has_branches(&self) -> bool {
         matches!(&self.way, Way::Plain(inverse) if inverse.has_branches())

@@ -3,7 +3,6 @@
 use super::chain::{Chain, Role, along};
 use super::six::Six;
 use crate::error::Result;
-use crate::inverse::Structure;
 use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::Orthogonal;
@@ -20,12 +19,12 @@ const KEPT: usize = 3;
 
 /// The chains of six joints that a shorter one is part of, the best first; none where none is solved.
 pub fn padded(chain: &Chain) -> Result<Vec<Six>> {
-    let mut rated: Vec<(usize, f64, Six)> = Vec::new();
+    let mut rated: Vec<(u8, f64, Six)> = Vec::new();
     for candidate in candidates(chain) {
         // Another order may have a form where this one has none.
         let forms = candidate.orders().iter().map(Six::new).collect::<Result<Vec<_>>>()?;
         if let Some(six) = forms.into_iter().flatten().next() {
-            let (effort, spread) = (effort(&six), spread(&six));
+            let (effort, spread) = (six.structure().effort(), spread(&six));
             if spread > SINGULAR || candidate.joints.len() == chain.joints.len() {
                 rated.push((effort, spread, six));
             }
@@ -38,15 +37,6 @@ pub fn padded(chain: &Chain) -> Result<Vec<Six>> {
         kept.push(rated.swap_remove(best).2);
     }
     Ok(kept)
-}
-
-/// How hard a chain is to solve.
-fn effort(six: &Six) -> usize {
-    match six.structure() {
-        Structure::Sliding | Structure::Wrist { .. } => 0,
-        Structure::Parallel { .. } => 1,
-        Structure::General => 2,
-    }
 }
 
 /// Shortest over longest orthogonal row of the Jacobian at the best of some postures with the still joints at 0.
