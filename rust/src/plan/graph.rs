@@ -96,9 +96,12 @@ pub struct Blockage {
 }
 
 /// Labels of a layer and the cells they came from.
-struct Labels {
-    cost: Vec<f64>,
-    from: Vec<u32>,
+#[derive(Debug, Clone)]
+pub(super) struct Labels {
+    /// What the best route to each cell costs; infinite where there is none.
+    pub cost: Vec<f64>,
+    /// The cell of the layer before from which it comes.
+    pub from: Vec<u32>,
 }
 
 impl Graph {
@@ -132,13 +135,18 @@ impl Graph {
         &self.q[at..at + self.n]
     }
 
+    /// The postures of a cell at every layer.
+    pub(super) fn postures(&self, cells: &[usize]) -> Vec<f64> {
+        cells.iter().enumerate().flat_map(|(layer, &cell)| self.posture(layer, cell)).copied().collect()
+    }
+
     #[inline(always)]
-    fn open(&self, layer: usize, cell: usize) -> bool {
+    pub(super) fn open(&self, layer: usize, cell: usize) -> bool {
         self.cause[layer * self.cells() + cell] == Cause::Feasible as u8
     }
 
     #[inline(always)]
-    fn value_of(&self, layer: usize, cell: usize) -> f64 {
+    pub(super) fn value_of(&self, layer: usize, cell: usize) -> f64 {
         self.value[layer * self.cells() + cell]
     }
 
@@ -174,17 +182,18 @@ impl Graph {
     /// One pass of dynamic programming; under a ceiling the values themselves do not count. `ends` are the cells at which a route may start and
     /// end.
     pub(super) fn sweep(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Route {
+        backtrack(&self.labels(search, ends, ceiling))
+    }
+
+    /// What the best route to every cell costs, layer by layer as far as there is a way.
+    pub(super) fn labels(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Vec<Labels> {
         let last = self.layers() - 1;
         let allowed = |layer: usize, cell: usize| {
             self.open(layer, cell)
                 && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
                 && ends.is_none_or(|ends| (layer != 0 && layer != last) || ends[cell])
         };
-        let own = |layer: usize, cell: usize| match (search.criterion, ceiling) {
-            (Criterion::Minimax, _) => self.value_of(layer, cell),
-            (Criterion::Integral, None) => self.weights[layer] * self.value_of(layer, cell),
-            (Criterion::Integral, Some(_)) => 0.0,
-        };
+        let own = |layer: usize, cell: usize| if ceiling.is_none() { self.own(search, layer, cell) } else { self.free(search, layer, cell) };
         let start = (0..self.cells()).map(|cell| if allowed(0, cell) { own(0, cell) } else { f64::INFINITY }).collect();
         let mut labels = vec![Labels { cost: start, from: Vec::new() }];
         for layer in 1..=last {
@@ -204,7 +213,36 @@ impl Graph {
             let (cost, from) = found.into_iter().unzip();
             labels.push(Labels { cost, from });
         }
-        backtrack(&labels)
+        labels
+    }
+
+    /// What a cell itself costs.
+    pub(super) fn own(&self, search: &Search, layer: usize, cell: usize) -> f64 {
+        match search.criterion {
+            Criterion::Minimax => self.value_of(layer, cell),
+            Criterion::Integral => self.weights[layer] * self.value_of(layer, cell),
+        }
+    }
+
+    /// The same where values do not count.
+    fn free(&self, search: &Search, layer: usize, cell: usize) -> f64 {
+        if search.criterion == Criterion::Minimax { self.value_of(layer, cell) } else { 0.0 }
+    }
+
+    /// The layers from the last to the first.
+    pub(super) fn reversed(&self) -> Self {
+        let turned = |values: &[f64], width: usize| values.chunks_exact(width).rev().flatten().copied().collect::<Vec<f64>>();
+        let cells = self.cells();
+        Self {
+            q: turned(&self.q, cells * self.n),
+            value: turned(&self.value, cells),
+            cause: self.cause.chunks_exact(cells).rev().flatten().copied().collect(),
+            weights: turned(&self.weights, 1),
+            steps: turned(&self.steps, 1),
+            bounds: turned(&self.bounds, self.n),
+            wide: self.wide.clone(),
+            ..*self
+        }
     }
 
     /// The cheapest step into a cell, and where it comes from.

@@ -9,7 +9,7 @@ use super::hooks::{Hooks, PlanError};
 use super::numbers::{interpolated, mean_size};
 use super::path::Path;
 use super::problem::{ON_PATH, PathProblem};
-use super::refine::{RefineStatus, refine};
+use super::refine::{Effort, RefineStatus, refine};
 use crate::error::Error;
 use crate::robot::Joint;
 
@@ -63,6 +63,11 @@ impl Part {
         self.is_optimum() && self.worst() <= bound * (1.0 + PROVEN)
     }
 
+    /// Whether the worst value is within a part of itself of a lower bound.
+    pub fn is_within(&self, bound: f64, gap: f64) -> bool {
+        self.worst() - bound <= gap * self.worst().abs()
+    }
+
     /// Whether this is an optimum that can be followed.
     pub fn is_optimum(&self) -> bool {
         self.refined && self.failure.is_none()
@@ -75,36 +80,46 @@ pub(super) fn refined_part(problem: &PathProblem, first: usize, q: &[f64], most:
     if part.refined || part.failure.is_some() || most <= TRIAL {
         return Ok(part);
     }
-    let again = refined_once(problem, first, &part.q, most, hooks)?;
+    let again = refined_once(problem, first, &part.q, Effort { most, near: false }, hooks)?;
+    Ok(best_part(problem.criterion, vec![part, again]))
+}
+
+/// Refines postures that are near an optimum; from afar where that fails.
+pub(super) fn refined_near(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let part = refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: true }, hooks)?;
+    if part.is_optimum() {
+        return Ok(part);
+    }
+    let again = refined_part(problem, first, q, most, hooks)?;
     Ok(best_part(problem.criterion, vec![part, again]))
 }
 
 /// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
 /// reached at once.
 pub(super) fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    let most = most.min(TRIAL);
-    let part = refined_once(problem, first, q, most, hooks)?;
+    let effort = Effort { most: most.min(TRIAL), near: false };
+    let part = refined_once(problem, first, q, effort, hooks)?;
     if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
         let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
         let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };
-        let mean = refined_once(&mean, first, q, most, hooks)?;
+        let mean = refined_once(&mean, first, q, effort, hooks)?;
         if mean.is_optimum() {
-            let again = refined_once(problem, first, &mean.q, most, hooks)?;
+            let again = refined_once(problem, first, &mean.q, effort, hooks)?;
             return Ok(best_part(problem.criterion, vec![part, again]));
         }
     }
     Ok(part)
 }
 
-fn refined_once(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn refined_once(problem: &PathProblem, first: usize, q: &[f64], effort: Effort, hooks: &mut Hooks) -> Result<Part, PlanError> {
     if problem.steps_only() && largest_share(problem, first, q) < SLOW {
         // Far from the largest step: the path is refined without it and most likely keeps it.
-        let part = refined_within(&problem.without_steps(), first, q, most, hooks)?;
+        let part = refined_within(&problem.without_steps(), first, q, effort, hooks)?;
         if part.failure.is_none() && largest_share(problem, first, &part.q) < 1.0 {
             return Ok(part);
         }
     }
-    refined_within(problem, first, q, most, hooks)
+    refined_within(problem, first, q, effort, hooks)
 }
 
 /// The largest motion between points as a share of what it may be.
@@ -119,7 +134,7 @@ fn whole_turns(problem: &PathProblem, joint: usize, motion: f64) -> f64 {
     if problem.robot.is_periodic(joint) { TAU * (motion / TAU).round_ties_even() } else { 0.0 }
 }
 
-fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn refined_within(problem: &PathProblem, first: usize, q: &[f64], effort: Effort, hooks: &mut Hooks) -> Result<Part, PlanError> {
     hooks.go_on()?;
     let n = problem.n();
     let count = q.len() / n;
@@ -130,7 +145,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         start.copy_from_slice(q);
     }
     let stretch = problem.stretch(first, count, turns, &start);
-    let found = refine(&stretch, &start[..stretch.points() * n], most, &mut || hooks.is_cancelled());
+    let found = refine(&stretch, &start[..stretch.points() * n], effort, &mut || hooks.is_cancelled());
     if found.status == RefineStatus::Cancelled {
         return Err(PlanError::Cancelled);
     }
@@ -188,6 +203,14 @@ pub(super) fn better_parts(criterion: Criterion, old: Vec<Part>, new: Vec<Part>)
         std::cmp::Ordering::Less => new,
         std::cmp::Ordering::Equal if old.len() == 1 => vec![best_part(criterion, old.into_iter().chain(new).collect())],
         std::cmp::Ordering::Equal => old,
+    }
+}
+
+/// The worst value of a whole path; infinite where there is none.
+pub(super) fn worst(parts: &[Part]) -> f64 {
+    match parts {
+        [part] if part.is_optimum() => part.worst(),
+        _ => f64::INFINITY,
     }
 }
 

@@ -6,7 +6,7 @@ use super::numbers::shown;
 use crate::error::{Error, Result};
 
 /// Searches at most where nothing is said and the grid is small.
-const EFFORT: usize = 4;
+const EFFORT: usize = 2;
 
 /// What a plan is best in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,9 +130,9 @@ impl PlanSettings {
     }
 
     /// Searches at most, for a robot with or without joints to spare.
-    pub(super) fn searches(&self, spare: bool) -> usize {
+    pub(super) fn searches(&self) -> usize {
         // Motion is known between points, and grids with joints to spare are large.
-        self.effort.unwrap_or(if self.criterion == Aim::Motion || spare { 1 } else { EFFORT })
+        self.effort.unwrap_or(EFFORT)
     }
 
     /// Whether the plan is proven.
