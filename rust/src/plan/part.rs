@@ -84,21 +84,21 @@ pub(super) fn refined_part(problem: &PathProblem, first: usize, q: &[f64], most:
     Ok(best_part(problem.criterion, vec![part, again]))
 }
 
-/// Refines postures that are near an optimum; from afar where that fails.
-pub(super) fn refined_near(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    let part = refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: true }, hooks)?;
-    if part.is_optimum() {
-        return Ok(part);
-    }
-    let again = refined_part(problem, first, q, most, hooks)?;
-    Ok(best_part(problem.criterion, vec![part, again]))
+/// Refines postures that are near an optimum.
+pub(super) fn near_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: true }, hooks)
+}
+
+/// Refines postures with a few steps.
+pub(super) fn first_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: false }, hooks)
 }
 
 /// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
 /// reached at once.
-pub(super) fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     let effort = Effort { most: most.min(TRIAL), near: false };
-    let part = refined_once(problem, first, q, effort, hooks)?;
+    let part = first_part(problem, first, q, most, hooks)?;
     if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
         let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
         let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };

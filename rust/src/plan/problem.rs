@@ -244,11 +244,14 @@ impl PathProblem {
         steps.iter().enumerate().map(|(i, step)| square(i) * (total / step)).sum()
     }
 
-    /// The largest motion of a turning joint from a posture to the next \[rad\].
-    pub(super) fn largest_turn(&self, q: &[f64]) -> f64 {
+    /// The largest motion of a turning joint from point to point \[rad\], evenly between points whose postures are given.
+    pub(super) fn largest_turn(&self, kept: &[usize], q: &[f64]) -> f64 {
         let (n, joints) = (self.n(), self.robot.joints());
-        let steps = q.iter().zip(&q[n..]).enumerate().filter(|(i, _)| joints[i % n] == Joint::Revolute);
-        steps.map(|(_, (from, to))| (to - from).abs()).fold(0.0, f64::max)
+        let turn = |(i, (from, to)): (usize, (&f64, &f64))| {
+            let span = kept[i / n + 1] - kept[i / n];
+            if joints[i % n] == Joint::Revolute { (to - from).abs() / span as f64 } else { 0.0 }
+        };
+        q.iter().zip(&q[n..]).enumerate().map(turn).fold(0.0, f64::max)
     }
 
     /// Values of the objective at postures; 0 without one.

@@ -6,7 +6,7 @@ use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
 use super::numbers::interpolated;
-use super::part::{Part, best_part, refined_near, refined_part, tried_part};
+use super::part::{Part, best_part, first_part, near_part, refined_part};
 use super::problem::PathProblem;
 use super::proof::is_proven_at;
 
@@ -14,6 +14,8 @@ use super::proof::is_proven_at;
 const FEW: usize = 96;
 /// Refined routes that are carried over to the whole path before the best of these has to do.
 const CARRIED: usize = 2;
+/// How many times as many points follow each time that a part is carried over to more.
+const GROWTH: usize = 4;
 
 /// A way through the whole path, as far as it was compared.
 #[derive(Debug, Clone, Copy)]
@@ -46,16 +48,14 @@ pub(super) fn best_of(
     let (first, last) = (rivals[0].points[0], rivals[0].points[rivals[0].points.len() - 1]);
     let kept = some_points(first, last, &rivals[0].points);
     let thin = problem.thinned(&kept);
-    let whole = last + 1 - first == kept.len();
     let mut tried: Vec<Tried> = Vec::new();
     let mut proven = false;
     for segment in rivals {
-        // Of the same way a rival is tried only while another may be better.
-        if proven && (segment.way == 0 || tried.iter().any(|other| other.way == segment.way)) {
+        // Once one is proven to be the best, one of every other way is looked at.
+        if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
         }
-        let q = segment.at(&kept, n);
-        let part = tried_part(&thin, 0, &q, most, hooks)?;
+        let part = first_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way });
     }
@@ -65,12 +65,7 @@ pub(super) fn best_of(
     while !parts.is_empty() && carried.len() < CARRIED {
         let best = best_part(problem.criterion, parts.clone());
         parts.retain(|part| part.q != best.q);
-        let part = if whole && best.is_optimum() {
-            Part { first, ..best }
-        } else {
-            let q = spread(&kept, &best.q, n);
-            if best.is_optimum() { refined_near(problem, first, &q, most, hooks)? } else { refined_part(problem, first, &q, most, hooks)? }
-        };
+        let part = carried_over(problem, &kept, best, most, hooks)?;
         let done = part.is_optimum();
         carried.push(part);
         if done {
@@ -78,6 +73,42 @@ pub(super) fn best_of(
         }
     }
     Ok((best_part(problem.criterion, carried), ways))
+}
+
+/// A part at some points of a stretch, carried over to all of them: to more and more, each time from near its optimum.
+fn carried_over(problem: &PathProblem, kept: &[usize], part: Part, most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let n = problem.n();
+    let (first, last) = (kept[0], kept[kept.len() - 1]);
+    let (mut kept, mut part, mut near) = (kept.to_vec(), part, true);
+    let count = last + 1 - first;
+    if kept.len() == count {
+        return if part.is_optimum() { Ok(Part { first, ..part }) } else { refined_part(problem, first, &part.q, most, hooks) };
+    }
+    near &= part.is_optimum();
+    while kept.len() * GROWTH < count {
+        let more = denser(&kept);
+        let q = at(&kept, &part.q, &more, n);
+        part = near_part(&problem.thinned(&more), 0, &q, most, hooks)?;
+        near = part.is_optimum();
+        kept = more;
+    }
+    let all: Vec<usize> = (first..=last).collect();
+    let q = at(&kept, &part.q, &all, n);
+    if near {
+        let part = near_part(problem, first, &q, most, hooks)?;
+        if part.is_optimum() {
+            return Ok(part);
+        }
+    }
+    refined_part(problem, first, &q, most, hooks)
+}
+
+/// The same points and as many between each two as make `GROWTH` times as many.
+fn denser(kept: &[usize]) -> Vec<usize> {
+    let between = |pair: &[usize]| (0..GROWTH).map(|k| pair[0] + (pair[1] - pair[0]) * k / GROWTH).collect::<Vec<_>>();
+    let mut more: Vec<usize> = kept.windows(2).flat_map(between).chain([kept[kept.len() - 1]]).collect();
+    more.dedup();
+    more
 }
 
 /// The points of a stretch at which rivals are refined: those of the search, and others evenly where there are few.
@@ -92,15 +123,14 @@ fn some_points(first: usize, last: usize, points: &[usize]) -> Vec<usize> {
     kept.into_iter().collect()
 }
 
-/// Postures at all points of a stretch, from those at some of them.
-fn spread(kept: &[usize], q: &[f64], n: usize) -> Vec<f64> {
+/// Postures at points of a stretch, from those at some of them.
+fn at(kept: &[usize], q: &[f64], points: &[usize], n: usize) -> Vec<f64> {
     let places: Vec<f64> = kept.iter().map(|&point| point as f64).collect();
-    interpolated((kept[0]..=kept[kept.len() - 1]).map(|point| point as f64), &places, q, n)
+    interpolated(points.iter().map(|&point| point as f64), &places, q, n)
 }
 
 /// The best of every way, the best first.
 fn ways(problem: &PathProblem, kept: &[usize], tried: &[Tried]) -> Vec<Way> {
-    let n = problem.n();
     let value = |part: &Part| if problem.criterion == Criterion::Minimax { part.worst() } else { part.cost };
     let mut numbers: Vec<usize> = tried.iter().map(|tried| tried.way).collect();
     numbers.dedup();
@@ -111,10 +141,8 @@ fn ways(problem: &PathProblem, kept: &[usize], tried: &[Tried]) -> Vec<Way> {
         if best.failure.is_some() {
             continue;
         }
-        let mut q = spread(kept, &best.q, n);
-        problem.restored(kept[0], &mut q);
-        let motion = problem.motion_integral(kept[0], &q);
-        all.push(Way { value: value(&best), motion, largest_step: problem.largest_turn(&q), refined: best.refined });
+        let largest_step = problem.largest_turn(kept, &best.q);
+        all.push(Way { value: value(&best), motion: best.motion, largest_step, refined: best.refined });
     }
     all.sort_by(|a, b| a.value.total_cmp(&b.value));
     all
