@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::problem::PathProblem;
-use super::refine::{Effort, RefineStatus, refine};
+use super::refine::{RefineStatus, refine};
 
 /// Postures that are tried from the grid, best first.
 const STARTS: usize = 24;
@@ -26,7 +26,7 @@ pub(super) fn least_value(alone: &PathProblem, postures: &[f64], values: &[f64])
         }
     }
     let minimum = |start: &&[f64]| {
-        let found = refine(alone, start, Effort { most: MAX_ITERATIONS, near: false }, &mut || false);
+        let found = refine(alone, start, MAX_ITERATIONS, &mut || false);
         if matches!(found.status, RefineStatus::Converged | RefineStatus::Stopped) { found.values[0] } else { f64::INFINITY }
     };
     let grid = order.first().map_or(f64::INFINITY, |&i| values[i]);

@@ -193,7 +193,8 @@ impl Graph {
                 && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
                 && ends.is_none_or(|ends| (layer != 0 && layer != last) || ends[cell])
         };
-        let own = |layer: usize, cell: usize| if ceiling.is_none() { self.own(search, layer, cell) } else { self.free(search, layer, cell) };
+        let own =
+            |layer: usize, cell: usize| if ceiling.is_none() { self.own(search, layer, cell) } else { self.free(search, layer, cell) };
         let start = (0..self.cells()).map(|cell| if allowed(0, cell) { own(0, cell) } else { f64::INFINITY }).collect();
         let mut labels = vec![Labels { cost: start, from: Vec::new() }];
         for layer in 1..=last {
@@ -204,7 +205,7 @@ impl Graph {
             let best = |cell: usize| {
                 if allowed(layer, cell) { self.best_step(search, layer, cell, before, own(layer, cell)) } else { (f64::INFINITY, 0) }
             };
-            let edges = self.cells() * self.branches * (2 * search.window + 1) * (2 * search.slice_window + 1);
+            let edges = self.steps_of_sweep(search) / self.layers();
             let found: Vec<(f64, u32)> = if edges >= PARALLEL {
                 (0..self.cells()).into_par_iter().with_min_len(16).map(best).collect()
             } else {
@@ -214,6 +215,14 @@ impl Graph {
             labels.push(Labels { cost, from });
         }
         labels
+    }
+
+    /// How many steps from cell to cell a sweep looks at, at most.
+    pub(super) fn steps_of_sweep(&self, search: &Search) -> usize {
+        let branches = if self.named && search.branch_step == 0.0 { self.copies } else { self.branches };
+        let spins = (2 * search.window + 1).min(self.angles);
+        let slices = (2 * search.slice_window + 1).min(self.slices);
+        self.layers() * self.cells() * branches * spins * slices
     }
 
     /// What a cell itself costs.
@@ -254,7 +263,12 @@ impl Graph {
         let name = cell % self.branches / self.copies;
         let others = if self.named && search.branch_step == 0.0 { name * self.copies..(name + 1) * self.copies } else { 0..self.branches };
         let mut best = (f64::INFINITY, 0);
+        // A worst value is never less than the cell's own.
+        let least = if search.criterion == Criterion::Minimax { own } else { f64::NEG_INFINITY };
         self.each_neighbour(search, cell, |start| {
+            if best.0 <= least {
+                return;
+            }
             for other in others.clone() {
                 let from = start + other;
                 if before[from] >= best.0 {

@@ -401,7 +401,9 @@ impl<'a> Layers<'a> {
         let four = |k: usize| [value(k - 1), value(k), value(k + 1), value(k + 2)];
         let guess = (1..=CUT).map(|k| least_between(four(k))).fold(f64::INFINITY, f64::min);
         let lowest = (1..=CUT + 1).fold(1, |best, k| if value(k) < value(best) { k } else { best });
-        let inside = value(lowest) <= value(lowest - 1) && value(lowest) <= value(lowest + 1) && value(lowest - 1).max(value(lowest + 1)).is_finite();
+        let inside = value(lowest) <= value(lowest - 1)
+            && value(lowest) <= value(lowest + 1)
+            && value(lowest - 1).max(value(lowest + 1)).is_finite();
         match &samples[lowest] {
             Some((q, value)) if inside => least_value(&self.problem.alone(point), q, &[*value]).max(guess),
             _ => guess,

@@ -9,7 +9,7 @@ use super::hooks::{Hooks, PlanError};
 use super::numbers::{interpolated, mean_size};
 use super::path::Path;
 use super::problem::{ON_PATH, PathProblem};
-use super::refine::{Effort, RefineStatus, refine};
+use super::refine::{RefineStatus, refine};
 use crate::error::Error;
 use crate::robot::Joint;
 
@@ -19,6 +19,8 @@ const PROVEN: f64 = 1e-7;
 const TIE: f64 = 1e-7;
 /// Newton steps that are enough unless a path creeps.
 const TRIAL: usize = 40;
+/// The same for a path that is near its optimum most likely.
+const PATIENT: usize = 100;
 /// Weight of the motion beside the mean, relative, where that is a start for a worst value.
 const STEADY: f64 = 1e-3;
 /// Share of the largest step below which a route is refined without it.
@@ -80,46 +82,47 @@ pub(super) fn refined_part(problem: &PathProblem, first: usize, q: &[f64], most:
     if part.refined || part.failure.is_some() || most <= TRIAL {
         return Ok(part);
     }
-    let again = refined_once(problem, first, &part.q, Effort { most, near: false }, hooks)?;
+    let again = refined_once(problem, first, &part.q, most, hooks)?;
     Ok(best_part(problem.criterion, vec![part, again]))
-}
-
-/// Refines postures that are near an optimum.
-pub(super) fn near_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: true }, hooks)
 }
 
 /// Refines postures with a few steps.
 pub(super) fn first_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    refined_once(problem, first, q, Effort { most: most.min(TRIAL), near: false }, hooks)
+    refined_once(problem, first, q, most.min(TRIAL), hooks)
+}
+
+/// Refines postures that come from an optimum over fewer points; from afar where that fails.
+pub(super) fn next_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let part = refined_once(problem, first, q, most.min(PATIENT), hooks)?;
+    if part.is_optimum() { Ok(part) } else { refined_part(problem, first, q, most, hooks) }
 }
 
 /// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
 /// reached at once.
 fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    let effort = Effort { most: most.min(TRIAL), near: false };
+    let most = most.min(TRIAL);
     let part = first_part(problem, first, q, most, hooks)?;
     if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
         let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
         let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };
-        let mean = refined_once(&mean, first, q, effort, hooks)?;
+        let mean = refined_once(&mean, first, q, most, hooks)?;
         if mean.is_optimum() {
-            let again = refined_once(problem, first, &mean.q, effort, hooks)?;
+            let again = refined_once(problem, first, &mean.q, most, hooks)?;
             return Ok(best_part(problem.criterion, vec![part, again]));
         }
     }
     Ok(part)
 }
 
-fn refined_once(problem: &PathProblem, first: usize, q: &[f64], effort: Effort, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn refined_once(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     if problem.steps_only() && largest_share(problem, first, q) < SLOW {
         // Far from the largest step: the path is refined without it and most likely keeps it.
-        let part = refined_within(&problem.without_steps(), first, q, effort, hooks)?;
+        let part = refined_within(&problem.without_steps(), first, q, most, hooks)?;
         if part.failure.is_none() && largest_share(problem, first, &part.q) < 1.0 {
             return Ok(part);
         }
     }
-    refined_within(problem, first, q, effort, hooks)
+    refined_within(problem, first, q, most, hooks)
 }
 
 /// The largest motion between points as a share of what it may be.
@@ -134,7 +137,7 @@ fn whole_turns(problem: &PathProblem, joint: usize, motion: f64) -> f64 {
     if problem.robot.is_periodic(joint) { TAU * (motion / TAU).round_ties_even() } else { 0.0 }
 }
 
-fn refined_within(problem: &PathProblem, first: usize, q: &[f64], effort: Effort, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     hooks.go_on()?;
     let n = problem.n();
     let count = q.len() / n;
@@ -145,7 +148,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], effort: Effort
         start.copy_from_slice(q);
     }
     let stretch = problem.stretch(first, count, turns, &start);
-    let found = refine(&stretch, &start[..stretch.points() * n], effort, &mut || hooks.is_cancelled());
+    let found = refine(&stretch, &start[..stretch.points() * n], most, &mut || hooks.is_cancelled());
     if found.status == RefineStatus::Cancelled {
         return Err(PlanError::Cancelled);
     }

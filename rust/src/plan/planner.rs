@@ -91,7 +91,7 @@ impl Planner {
         };
         let mut ways = Vec::new();
         if parts.is_empty() {
-            for search in 0..settings.searches() {
+            for search in 0..settings.searches(!self.spare.joints.is_empty()) {
                 if search > 0 {
                     known = known.finer(1 << search, worst(&parts))?;
                 }

@@ -1,8 +1,8 @@
 //! How good a plan can be at best.
 
+use super::floors::Place;
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
-use super::floors::Place;
 use super::layers::Layers;
 use super::part::Part;
 use super::problem::PathProblem;

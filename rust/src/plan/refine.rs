@@ -10,8 +10,6 @@ use crate::robot::AT_LIMIT;
 
 /// The sum of slack times multiplier at the start and at the end, relative to what is minimised.
 const FIRST_GAP: f64 = 1e-2;
-/// The same at the start near an optimum.
-const NEAR_GAP: f64 = 1e-4;
 const LAST_GAP: f64 = 1e-9;
 /// Factor by which the barrier's weight falls.
 const FALL: f64 = 0.04;
@@ -91,21 +89,12 @@ struct Solver<'a, const C: usize> {
     scale: f64,
 }
 
-/// How a refinement goes on.
-#[derive(Debug, Clone, Copy)]
-pub struct Effort {
-    /// Newton steps at most.
-    pub most: usize,
-    /// Whether it starts near an optimum.
-    pub near: bool,
-}
-
 /// Refines the postures `q`, n joints a row and one row a point, each on or near its target. `cancelled` is asked before every step.
-pub fn refine(problem: &PathProblem, q: &[f64], effort: Effort, cancelled: &mut dyn FnMut() -> bool) -> Refined {
-    with_capacity!(problem.n(), refine_in(problem, q, effort, cancelled))
+pub fn refine(problem: &PathProblem, q: &[f64], max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
+    with_capacity!(problem.n(), refine_in(problem, q, max_iterations, cancelled))
 }
 
-fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], effort: Effort, cancelled: &mut dyn FnMut() -> bool) -> Refined {
+fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
     let n = problem.n();
     let mut q: Vec<[f64; C]> = rows.chunks_exact(n).map(padded).collect();
     if !problem.restore(&mut q) {
@@ -130,7 +119,7 @@ fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], effort: Effort
         state.common.widening = -WIDER * least + WIDER_BY;
         state.slack = solver.slacks(&state.q, &state.values, &state.common);
     }
-    solver.run(state, effort, cancelled)
+    solver.run(state, max_iterations, cancelled)
 }
 
 /// Points that are on a limit get room beyond it.
@@ -177,10 +166,9 @@ impl<const C: usize> Solver<'_, C> {
         self.cost(q, values, common) - mu * slack.iter().map(|s| s.ln()).sum::<f64>()
     }
 
-    fn run(mut self, mut state: State<C>, effort: Effort, cancelled: &mut dyn FnMut() -> bool) -> Refined {
+    fn run(mut self, mut state: State<C>, max_iterations: usize, cancelled: &mut dyn FnMut() -> bool) -> Refined {
         let count = self.constraints.len().max(1) as f64;
-        let first = if effort.near { NEAR_GAP } else { FIRST_GAP };
-        let (mut mu, last) = (first * self.scale / count, LAST_GAP * self.scale / count);
+        let (mut mu, last) = (FIRST_GAP * self.scale / count, LAST_GAP * self.scale / count);
         if self.constraints.is_empty() {
             mu = last;
         }
@@ -188,7 +176,7 @@ impl<const C: usize> Solver<'_, C> {
         let (n, r) = (self.problem.n(), self.problem.freedoms());
         let mut out = (f64::NAN, RefineStatus::Stopped);
         let mut iterations = 0;
-        while iterations < effort.most {
+        while iterations < max_iterations {
             if cancelled() {
                 out.1 = RefineStatus::Cancelled;
                 break;

@@ -6,7 +6,7 @@ use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
 use super::numbers::interpolated;
-use super::part::{Part, best_part, first_part, near_part, refined_part};
+use super::part::{Part, best_part, first_part, next_part, refined_part};
 use super::problem::PathProblem;
 use super::proof::is_proven_at;
 
@@ -55,11 +55,25 @@ pub(super) fn best_of(
         if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
         }
+        let t0 = std::time::Instant::now();
         let part = first_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
+        eprintln!(
+            " tried way {} grid {} worst {} refined {} motion {} failure {:?} {:?}",
+            segment.way,
+            segment.cost,
+            part.worst(),
+            part.refined,
+            part.motion,
+            part.failure,
+            t0.elapsed()
+        );
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way });
     }
+    let t0 = std::time::Instant::now();
     let ways = ways(problem, &kept, &tried);
+    eprintln!(" ways {} {:?}", ways.len(), t0.elapsed());
+    let t0 = std::time::Instant::now();
     let mut parts: Vec<Part> = tried.into_iter().map(|tried| tried.part).collect();
     let mut carried: Vec<Part> = Vec::new();
     while !parts.is_empty() && carried.len() < CARRIED {
@@ -72,6 +86,7 @@ pub(super) fn best_of(
             break;
         }
     }
+    eprintln!(" carried {} {:?}", carried.len(), t0.elapsed());
     Ok((best_part(problem.criterion, carried), ways))
 }
 
@@ -79,28 +94,19 @@ pub(super) fn best_of(
 fn carried_over(problem: &PathProblem, kept: &[usize], part: Part, most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     let n = problem.n();
     let (first, last) = (kept[0], kept[kept.len() - 1]);
-    let (mut kept, mut part, mut near) = (kept.to_vec(), part, true);
     let count = last + 1 - first;
     if kept.len() == count {
         return if part.is_optimum() { Ok(Part { first, ..part }) } else { refined_part(problem, first, &part.q, most, hooks) };
     }
-    near &= part.is_optimum();
-    while kept.len() * GROWTH < count {
+    let (mut kept, mut part) = (kept.to_vec(), part);
+    while 2 * GROWTH * kept.len() < count {
         let more = denser(&kept);
         let q = at(&kept, &part.q, &more, n);
-        part = near_part(&problem.thinned(&more), 0, &q, most, hooks)?;
-        near = part.is_optimum();
+        part = next_part(&problem.thinned(&more), 0, &q, most, hooks)?;
         kept = more;
     }
     let all: Vec<usize> = (first..=last).collect();
-    let q = at(&kept, &part.q, &all, n);
-    if near {
-        let part = near_part(problem, first, &q, most, hooks)?;
-        if part.is_optimum() {
-            return Ok(part);
-        }
-    }
-    refined_part(problem, first, &q, most, hooks)
+    next_part(problem, first, &at(&kept, &part.q, &all, n), most, hooks)
 }
 
 /// The same points and as many between each two as make `GROWTH` times as many.

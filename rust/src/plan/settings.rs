@@ -130,9 +130,9 @@ impl PlanSettings {
     }
 
     /// Searches at most, for a robot with or without joints to spare.
-    pub(super) fn searches(&self) -> usize {
-        // Motion is known between points, and grids with joints to spare are large.
-        self.effort.unwrap_or(EFFORT)
+    pub(super) fn searches(&self, spare: bool) -> usize {
+        // Grids with joints to spare are large.
+        self.effort.unwrap_or(if spare { 1 } else { EFFORT })
     }
 
     /// Whether the plan is proven.

@@ -13,8 +13,7 @@ const LARGE: usize = 40_000_000;
 
 /// The best route of every way, the cheapest first, `most` at most; only routes through all layers.
 pub(super) fn ways(graph: &Graph, search: &Search, most: usize) -> Vec<Route> {
-    let edges = graph.layers() * graph.cells() * (2 * search.window + 1) * (2 * search.slice_window + 1);
-    if edges > LARGE || graph.layers() < 2 {
+    if graph.steps_of_sweep(search) > LARGE || graph.layers() < 2 {
         return Vec::new();
     }
     let (to, from) = (graph.labels(search, None, None), graph.reversed().labels(search, None, None));
