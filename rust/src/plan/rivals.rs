@@ -55,25 +55,11 @@ pub(super) fn best_of(
         if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
         }
-        let t0 = std::time::Instant::now();
         let part = first_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
-        eprintln!(
-            " tried way {} grid {} worst {} refined {} motion {} failure {:?} {:?}",
-            segment.way,
-            segment.cost,
-            part.worst(),
-            part.refined,
-            part.motion,
-            part.failure,
-            t0.elapsed()
-        );
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way });
     }
-    let t0 = std::time::Instant::now();
     let ways = ways(problem, &kept, &tried);
-    eprintln!(" ways {} {:?}", ways.len(), t0.elapsed());
-    let t0 = std::time::Instant::now();
     let mut parts: Vec<Part> = tried.into_iter().map(|tried| tried.part).collect();
     let mut carried: Vec<Part> = Vec::new();
     while !parts.is_empty() && carried.len() < CARRIED {
@@ -86,7 +72,6 @@ pub(super) fn best_of(
             break;
         }
     }
-    eprintln!(" carried {} {:?}", carried.len(), t0.elapsed());
     Ok((best_part(problem.criterion, carried), ways))
 }
 
