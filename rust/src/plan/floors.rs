@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 
 /// Part of what a value changes by from sample to sample that it may still change by at the edge of what is open.
 const EDGE: f64 = 1.5;
+/// Part of a value that an interval may be lower than what its samples tell, before it is looked at.
+const BLUNT: f64 = 1e-3;
 /// Part of a value that a ridge may be lower by between two layers, beside half of what it changes by.
 const BETWEEN: f64 = 0.02;
 
@@ -49,8 +51,8 @@ pub(super) struct Floors {
     angles: usize,
     branches: usize,
     around: bool,
-    /// Samples by which a way may jump from point to point.
-    leap: usize,
+    /// Samples by which a way may jump from each point to the next.
+    leap: Vec<usize>,
     lines: BTreeMap<usize, Line>,
 }
 
@@ -64,7 +66,7 @@ struct Reached {
 
 impl Floors {
     /// None yet.
-    pub fn new(angles: usize, branches: usize, around: bool, leap: usize) -> Self {
+    pub fn new(angles: usize, branches: usize, around: bool, leap: Vec<usize>) -> Self {
         Self { angles, branches, around, leap, lines: BTreeMap::new() }
     }
 
@@ -109,7 +111,8 @@ impl Floors {
         if self.beside(interval, 1).is_none() {
             return f64::INFINITY;
         }
-        least_between([at(-1), at(0), at(1), at(2)])
+        let least = least_between([at(-1), at(0), at(1), at(2)]);
+        if least.is_finite() { least - BLUNT * least.abs() } else { least }
     }
 
     /// The least bottleneck; `None` where there is no way at all, or no layer.
@@ -170,7 +173,8 @@ impl Floors {
 
     /// What it costs at least to pass a sample between two layers.
     fn pass(&self, before: (usize, &Line), after: (usize, &Line), sample: usize) -> f64 {
-        let reach = (self.leap / 2) as isize;
+        let leap = self.leap[before.0..after.0].iter().fold(0, |most, leap| most.max(*leap));
+        let reach = leap.div_ceil(2) as isize;
         let least = |line: &Line| {
             let near = (-reach..=reach).filter_map(|by| self.beside(sample, by));
             near.map(|sample| line.value[sample]).fold(f64::INFINITY, f64::min)

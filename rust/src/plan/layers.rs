@@ -1,7 +1,7 @@
 //! The points of a path whose postures are known, and routes through them.
 
 use std::collections::HashMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
@@ -33,8 +33,8 @@ const REACH: f64 = 2.0;
 const SPARE_SHARE: usize = 8;
 /// Points whose least values are found between two signs of life.
 const BOUNDED: usize = 64;
-/// By how much the spin may change from a point to the next in a bound [rad]: more than joints do within the largest step.
-const LEAP: f64 = 0.5;
+/// Part of the turns of all joints that the tool may spin by from a point to the next, for the bound.
+const LEAP: f64 = 0.6;
 /// Samples in which an interval of the spin is cut to find its least value.
 const CUT: usize = 8;
 /// Samples at either side of a way that belong to it.
@@ -97,7 +97,9 @@ impl<'a> Layers<'a> {
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
         let (around, ceiling) = (settings.spin_range.is_none(), f64::INFINITY);
-        let leap = (LEAP / spin_step).round_ties_even() as usize;
+        // Of the turns of all joints in one step some are about the tool's axis.
+        let reach = |bounds: &[f64]| LEAP * bounds.iter().map(|bound| bound.min(PI)).sum::<f64>();
+        let leap = problem.bounds.chunks_exact(problem.n()).map(|bounds| (reach(bounds) / spin_step).ceil() as usize).collect();
         let floors = Floors::new(lattice.angles(), lattice.branches(), around, leap);
         Ok(Self { problem, settings, lattice, spin_step, cells, order, least, spare, ceiling, floors, connected: f64::NEG_INFINITY })
     }

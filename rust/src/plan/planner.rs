@@ -113,6 +113,6 @@ impl Planner {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;
         }
         plan.ways = ways;
-        Ok(plan)
+        Ok(plan.judged_by_steps(problem))
     }
 }

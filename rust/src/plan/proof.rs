@@ -55,7 +55,8 @@ pub(super) fn proven_bound(
     for point in hardest.chain([worst]) {
         bound = bound.max(known.least_beside(point, &q[point * n..(point + 1) * n], hooks)?);
     }
-    Ok(bound)
+    // The plan itself is a way.
+    Ok(bound.min(value[worst]))
 }
 
 /// What is known of ways better than a plan.

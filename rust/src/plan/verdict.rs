@@ -60,16 +60,18 @@ impl Plan {
         self.failure.as_ref().is_some_and(|failure| matches!(failure.cause, NoWay | NotClosed | Singular | SpeedLimit | StepLimit))
     }
 
-    /// A whole plan that failed if it takes a step larger than a problem allows: the step that is most so.
+    /// The plan, failed at the first step that is larger than a problem allows.
     pub(super) fn judged_by_steps(mut self, problem: &PathProblem) -> Self {
         let n = problem.n();
-        let share = |i: usize| (self.q[i + n] - self.q[i]).abs() / problem.bounds[i];
-        let largest = (0..problem.bounds.len()).fold(0, |largest, i| if share(i) > share(largest) { i } else { largest });
-        if share(largest) > 1.0 + STEP_ROUNDING {
-            let (number, excess) = (largest % n, share(largest));
+        let share = |edge: usize, k: usize| (self.q[(edge + 1) * n + k] - self.q[edge * n + k]).abs() / problem.bounds[edge * n + k];
+        let worst = |edge: usize| (1..n).fold(0, |worst, k| if share(edge, k) > share(edge, worst) { k } else { worst });
+        let edges = self.failure.as_ref().map_or(problem.points() - 1, |failure| failure.point.saturating_sub(1));
+        if let Some(edge) = (0..edges).find(|&edge| share(edge, worst(edge)) > 1.0 + STEP_ROUNDING) {
+            let number = worst(edge);
             let slides = problem.robot.joints()[number] == Joint::Prismatic;
-            let joint = Some(FailedJoint { number, slides, excess, combination: None });
-            self.failure = Some(PlanFailure { point: largest / n + 1, cause: FailureCause::StepLimit, joint });
+            let joint = Some(FailedJoint { number, slides, excess: share(edge, number), combination: None });
+            let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
+            self.failure = Some(PlanFailure { point: edge + 1, cause, joint });
         }
         self
     }
