@@ -206,7 +206,7 @@ def redundancy_map(
     *,
     spin_range: tuple[float, float] | None = None,
     spare: tuple[int, ...] | None = None,
-    n_spare: int = 24,
+    n_spare: int | None = None,
     limits: bool = True,
     feasible: Predicate | None = None,
     progress: bool = True,

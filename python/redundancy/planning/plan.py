@@ -26,7 +26,7 @@ def plan(
     max_spin_step: float = np.pi / 3.0,
     max_step: float | None = None,
     spare: tuple[int, ...] | None = None,
-    n_spare: int = 24,
+    n_spare: int | None = None,
     branches: tuple[int, ...] | None = None,
     branch_changes: bool = False,
     closed: bool = False,

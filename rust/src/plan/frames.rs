@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::numbers::linspace;
-use super::path::{Path, no_rotations};
+use super::path::{Orientation, Path, no_rotations};
 use crate::error::{Error, Result};
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
@@ -23,15 +23,13 @@ const ALONG: f64 = 0.9;
 /// turning about the axis. In a `closed` path, what the way round turned the tool by is spread over the path, so that the last is the first.
 ///
 /// # Errors
-/// [`Error`] if the task is neither axisymmetric nor full, the rotations that it needs are missing, or a closed path does not end where it
-/// starts.
+/// [`Error`] if the rotations that the task needs are missing, or a closed path does not end where it starts.
 pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>> {
-    if !matches!(task.kind(), "axisymmetric" | "full") {
-        return Err(Error::value("task", format!("of the kind '{}'", task.kind()), "'axisymmetric' or 'full'"));
-    }
+    let orientation = Orientation::of(task);
     let last = path.len() - 1;
     let apart = sub(path.position()[0], path.position()[last]).iter().any(|x| x.abs() > SAME);
-    if closed && (apart || dot(path.axis()[0], path.axis()[last]) < 1.0 - SAME) {
+    let leans = orientation != Orientation::Free && dot(path.axis()[0], path.axis()[last]) < 1.0 - SAME;
+    if closed && (apart || leans) {
         let given = "True, but the last point of the path is not the first";
         return Err(Error::value("closed", given, "a path that ends where it starts"));
     }
@@ -39,10 +37,14 @@ pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>>
     if let Some(rotation) = path.rotation() {
         return Ok(rotation.iter().copied().zip(path.position()).map(at).collect());
     }
-    let Some(tool) = task.spin_axis() else { return Err(no_rotations()) };
+    let tool = match orientation {
+        Orientation::Whole => return Err(no_rotations()),
+        Orientation::Axis(axis) => axis,
+        Orientation::Free => [0.0, 0.0, 1.0],
+    };
     let first = to_axis(tool, path.axis()[0]);
     let mut turns: Vec<[Vec3; 3]> = transport(path.axis()).iter().map(|turn| product(turn, &first)).collect();
-    if closed {
+    if closed && orientation != Orientation::Free {
         close(&mut turns, path.axis());
     }
     turns.into_iter().zip(path.position()).map(at).map(|frame| Frame::from_matrix("frames", &frame.matrix())).collect()

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::lattice::Cause;
@@ -25,6 +27,8 @@ pub struct Graph {
     pub n: usize,
     /// Values of the spare joints.
     pub slices: usize,
+    /// Of each of them, those from which it may be reached.
+    pub near: Arc<[Vec<usize>]>,
     /// Spin angles.
     pub angles: usize,
     /// Branches of a cell.
@@ -58,8 +62,6 @@ pub struct Search {
     pub smoothness: f64,
     /// Spin cells that may be crossed from layer to layer, either way.
     pub window: usize,
-    /// Spare-joint cells that may be crossed.
-    pub slice_window: usize,
     /// Whether the spin angles close a turn.
     pub around: bool,
     /// Largest motion of a joint where the branch changes [rad or m]; 0 forbids it.
@@ -195,7 +197,7 @@ impl Graph {
             let best = |cell: usize| {
                 if allowed(layer, cell) { self.best_step(search, layer, cell, before, own(layer, cell)) } else { (f64::INFINITY, 0) }
             };
-            let edges = self.cells() * self.branches * (2 * search.window + 1) * (2 * search.slice_window + 1);
+            let edges = self.cells() * self.branches * (2 * search.window + 1) * self.near[0].len();
             let found: Vec<(f64, u32)> = if edges >= PARALLEL {
                 (0..self.cells()).into_par_iter().with_min_len(16).map(best).collect()
             } else {
@@ -241,12 +243,11 @@ impl Graph {
     #[inline(always)]
     fn each_neighbour(&self, search: &Search, cell: usize, mut each: impl FnMut(usize)) {
         let sample = cell / self.branches;
-        let (slice, angle) = ((sample / self.angles) as isize, (sample % self.angles) as isize);
-        let (window, slice_window) = (search.window as isize, search.slice_window as isize);
-        let angles = self.angles as isize;
+        let (slice, angle) = (sample / self.angles, (sample % self.angles) as isize);
+        let (window, angles) = (search.window as isize, self.angles as isize);
         let full = search.around && 2 * window + 1 >= angles;
         let (low, high) = if full { (0, angles - 1) } else { (angle - window, angle + window) };
-        for s in (slice - slice_window).max(0)..=(slice + slice_window).min(self.slices as isize - 1) {
+        for s in &self.near[slice] {
             for j in low..=high {
                 let j = if search.around {
                     j.rem_euclid(angles)
@@ -255,7 +256,7 @@ impl Graph {
                 } else {
                     continue;
                 };
-                each((s * angles + j) as usize * self.branches);
+                each((s * self.angles + j as usize) * self.branches);
             }
         }
     }
@@ -290,6 +291,7 @@ impl Graph {
             steps: again(&self.steps, 0),
             bounds: again(&self.bounds, 0),
             wide: self.wide.clone(),
+            near: self.near.clone(),
             ..*self
         }
     }

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::failure::Limited;
-use super::grid::{SpareGrid, cell_task};
+use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
+use super::spare::cell_task;
 use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
@@ -15,6 +16,12 @@ use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::robot::{AT_LIMIT, Robot};
 use crate::task::Task;
+
+/// Cells of a point whose postures are searched from random ones where Newton alone finds any, and how many of these there are.
+const SEEDS: usize = 12;
+const RANDOM: usize = 24;
+/// A posture of the cell beside this near to one that is known [rad or m] leads there.
+const BESIDE: f64 = 0.2;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -82,6 +89,9 @@ pub struct Lattice {
     frames: Arc<[Frame]>,
     turns: Vec<Frame>,
     slices: Vec<Slice>,
+    near: Arc<[Vec<usize>]>,
+    /// The slices, each beside the one before it.
+    order: Vec<usize>,
     objective: Option<Objective>,
     limits: bool,
     branches: usize,
@@ -123,7 +133,7 @@ impl Lattice {
         let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
         let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
-        Ok(Self { robot, frames, turns, slices, objective, limits, branches })
+        Ok(Self { robot, frames, turns, slices, near: spare.neighbours().into(), order: spare.order(), objective, limits, branches })
     }
 
     /// The robot.
@@ -144,6 +154,11 @@ impl Lattice {
     /// Values of the spare joints.
     pub fn slices(&self) -> usize {
         self.slices.len()
+    }
+
+    /// Of each value of the spare joints, those from which it may be reached.
+    pub(super) fn near(&self) -> &Arc<[Vec<usize>]> {
+        &self.near
     }
 
     /// Joints that are held on the grid.
@@ -250,9 +265,13 @@ impl Lattice {
         cause.fill(Cause::Unreachable as u8);
         value.fill(f64::NAN);
         let mut feasible = Vec::with_capacity(value.len());
+        let continued = self.is_searched().then(|| self.continued(i));
         for (s, slice) in self.slices.iter().enumerate() {
             for (j, turn) in self.turns.iter().enumerate() {
-                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                let found = match &continued {
+                    Some(all) => all[s * a + j],
+                    None => slice.inverse.solve(&self.frames[i].compose(turn)),
+                };
                 let start = (s * a + j) * b;
                 for k in 0..found.count {
                     let slot = if self.has_branches() { usize::from(found.branch[k]) } else { k };
@@ -273,6 +292,38 @@ impl Lattice {
             self.sort_branches(q, cause, &mut feasible);
         }
         self.evaluate(q, &feasible, value, cause);
+    }
+
+    /// Whether there is neither a closed form nor an elimination for any cell.
+    fn is_searched(&self) -> bool {
+        self.slices[0].inverse.structure().is_none()
+    }
+
+    /// The solutions of all cells of a point, by Newton: from random postures in some cells, from there to the cells beside them, forth and back.
+    fn continued(&self, i: usize) -> Vec<Solutions> {
+        let (a, frame) = (self.turns.len(), &self.frames[i]);
+        let (cells, moving) = (self.slices.len() * a, self.slices[0].moving.len());
+        let seeds = cells.div_ceil(SEEDS);
+        let solve = |cell: usize, starts: &[f64], random: usize| {
+            self.slices[cell / a].inverse.near(&frame.compose(&self.turns[cell % a]), starts, random)
+        };
+        let random = |cell: usize| if cell % seeds == 0 { RANDOM } else { 0 };
+        let mut all: Vec<Solutions> = (0..cells).map(|cell| solve(cell, &[], random(cell))).collect();
+        let order = self.order.iter().enumerate();
+        let order: Vec<usize> =
+            order.flat_map(|(k, slice)| (0..a).map(move |j| slice * a + if k % 2 == 0 { j } else { a - 1 - j })).collect();
+        let mut pass = |from: usize, to: usize| {
+            let (own, other) = (all[to], all[from]);
+            let known = |q: &[f64; 6]| (0..own.count).any(|k| distance(&own.q[k][..moving], &q[..moving]) < BESIDE);
+            let new = other.q[..other.count].iter().filter(|q| !known(q));
+            let starts: Vec<f64> = own.q[..own.count].iter().chain(new).flat_map(|q| &q[..moving]).copied().collect();
+            if starts.len() > own.count * moving {
+                all[to] = solve(to, &starts, 0);
+            }
+        };
+        order.windows(2).for_each(|pair| pass(pair[0], pair[1]));
+        order.windows(2).rev().for_each(|pair| pass(pair[1], pair[0]));
+        all
     }
 
     /// The objective at the cells that hold a posture.

@@ -28,8 +28,6 @@ const NAMELESS_STEP: f64 = 1.5;
 const MOST_LAYERS: usize = 1000;
 /// Cells of the spin by which every joint has to be able to move from layer to layer.
 const REACH: f64 = 2.0;
-/// Which part of its range a spare joint may pass from layer to layer.
-const SPARE_SHARE: usize = 8;
 /// Points whose least values are found between two signs of life.
 const BOUNDED: usize = 64;
 
@@ -71,7 +69,7 @@ impl<'a> Layers<'a> {
     pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &SpareGrid, finer: usize) -> Result<Self, Error> {
         let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
-        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
+        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, &spare.finer(finer), objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
         Ok(Self { problem, settings, lattice, spin_step, cells, order, least })
@@ -119,6 +117,11 @@ impl<'a> Layers<'a> {
         self.cells.get(&point).is_some_and(Cells::is_open)
     }
 
+    /// The postures of a point that is known, n joints a row.
+    pub fn postures(&self, point: usize) -> &[f64] {
+        self.cells.get(&point).map_or(&[], |cells| &cells.q)
+    }
+
     /// Why a point that is known has no posture: of its cells, the one that came nearest to having one counts.
     pub fn worst_cause(&self, point: usize) -> Option<Cause> {
         let worst = self.cells.get(&point)?.cause.iter().max()?;
@@ -145,7 +148,6 @@ impl<'a> Layers<'a> {
             criterion: problem.criterion,
             smoothness: problem.weight_of_motion(values),
             window: ((settings.max_spin_step / self.spin_step).round_ties_even() as usize).max(1),
-            slice_window: self.slice_window(),
             around: settings.spin_range.is_none(),
             branch_step: match (lattice.has_branches(), settings.branch_changes) {
                 (false, _) => NAMELESS_STEP,
@@ -170,6 +172,7 @@ impl<'a> Layers<'a> {
         let mut graph = Graph {
             n,
             slices: lattice.slices(),
+            near: lattice.near().clone(),
             angles: lattice.angles(),
             branches: lattice.branches(),
             named: lattice.has_branches(),
@@ -207,13 +210,6 @@ impl<'a> Layers<'a> {
         }
         graph.close_beyond(limits);
         graph
-    }
-
-    /// How many values a spare joint may pass from layer to layer. Several joints are one after another in the grid, so neighbours lie far apart
-    /// in it: all are looked at.
-    fn slice_window(&self) -> usize {
-        let slices = self.lattice.slices();
-        if self.lattice.held() == 1 { (slices / SPARE_SHARE).max(1) } else { slices }
     }
 
     /// At how many points a search is worth while: joints have to be able to follow a change of the spin.

@@ -46,6 +46,7 @@ mod proof;
 mod refine;
 mod route;
 mod settings;
+mod spare;
 mod strategy;
 mod turns;
 mod verdict;

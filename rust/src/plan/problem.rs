@@ -1,6 +1,5 @@
 //! A path of postures as one optimisation problem: what is minimised, what has to hold, and how far postures are from it.
 
-use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -15,7 +14,7 @@ use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, dot, norm, sub};
+use crate::linalg::vector::{Vec3, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Robot, nearest_turn};
@@ -275,12 +274,8 @@ impl PathProblem {
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
-            let apart: [Vec3; 3] = std::array::from_fn(|i| sub(tool.axes[i], frame.axes[i]));
-            let chord = match self.asked.spin_axis() {
-                Some(axis) => norm(Frame { axes: apart, origin: [0.0; 3] }.rotate(axis)),
-                None => apart.iter().map(|a| dot(*a, *a)).sum::<f64>().sqrt() / SQRT_2,
-            };
-            (norm(sub(tool.origin, frame.origin)), 2.0 * (0.5 * chord).min(1.0).asin())
+            let (w, v) = self.asked.error(tool, &Target { position: frame.origin, axis: None, frame: frame.axes });
+            (norm(v), norm(w))
         };
         tools(&self.robot, q).iter().zip(&self.frames[..]).map(error).unzip()
     }

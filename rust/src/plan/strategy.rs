@@ -57,7 +57,7 @@ pub(super) fn searched_parts(
         wanted.extend(more);
     }
     let parts = found.iter().map(|rivals| best_of(problem, known, rivals, most, hooks)).collect::<Result<Vec<_>, _>>()?;
-    if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks) } else { Ok(parts) }
+    if known.has_spare() { or_followed(problem, known, parts, most, hooks) } else { Ok(parts) }
 }
 
 /// The runs of points that have postures.

@@ -47,6 +47,11 @@ impl Plan {
         self.value.iter().filter(|value| !value.is_nan()).fold(f64::NEG_INFINITY, |worst, value| worst.max(*value))
     }
 
+    /// Number of points that are reached.
+    pub(super) fn reached(&self) -> usize {
+        self.status.iter().filter(|status| **status != SolveStatus::Unreachable).count()
+    }
+
     /// The largest motion of a joint from point to point [rad or m].
     pub(super) fn largest_step(&self, n: usize) -> f64 {
         self.q.iter().zip(&self.q[n..]).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
