@@ -19,7 +19,7 @@ use crate::task::Task;
 
 /// Cells of a point whose postures are searched from random ones where Newton alone finds any, and how many of these there are.
 const SEEDS: usize = 12;
-const RANDOM: usize = 24;
+const RANDOM: usize = 96;
 /// A posture of the cell beside this near to one that is known [rad or m] leads there.
 const BESIDE: f64 = 0.2;
 
@@ -79,7 +79,8 @@ impl Cells {
 struct Slice {
     held: Vec<(usize, f64)>,
     moving: Vec<usize>,
-    inverse: TaskInverse,
+    /// `None` where the others, held so, can move while the tool does not.
+    inverse: Option<TaskInverse>,
 }
 
 /// The grid.
@@ -92,6 +93,8 @@ pub struct Lattice {
     near: Arc<[Vec<usize>]>,
     /// The slices, each beside the one before it.
     order: Vec<usize>,
+    /// Whether there is neither a closed form nor an elimination for some cells.
+    searched: bool,
     objective: Option<Objective>,
     limits: bool,
     branches: usize,
@@ -126,14 +129,29 @@ impl Lattice {
             .iter()
             .map(|row| {
                 let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
-                let inverse = TaskInverse::new(Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task))?;
+                let (rest, task) = (Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task));
+                let singular = !held.is_empty() && task.rank(&rest) < rest.n();
+                let inverse = if singular { None } else { Some(TaskInverse::new(rest, task)?) };
                 Ok(Slice { held, moving: moving.clone(), inverse })
             })
-            .collect::<Result<Vec<_>>>()?;
+            .collect::<Result<Vec<Slice>>>()?;
         let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
-        let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
-        Ok(Self { robot, frames, turns, slices, near: spare.neighbours().into(), order: spare.order(), objective, limits, branches })
+        let inverses = || slices.iter().filter_map(|slice| slice.inverse.as_ref());
+        let branches = if inverses().all(TaskInverse::has_branches) { 8 } else { MAX_SOLUTIONS };
+        let searched = inverses().any(|inverse| inverse.structure().is_none());
+        Ok(Self {
+            robot,
+            frames,
+            turns,
+            slices,
+            near: spare.neighbours().into(),
+            order: spare.order(),
+            searched,
+            objective,
+            limits,
+            branches,
+        })
     }
 
     /// The robot.
@@ -265,12 +283,12 @@ impl Lattice {
         cause.fill(Cause::Unreachable as u8);
         value.fill(f64::NAN);
         let mut feasible = Vec::with_capacity(value.len());
-        let continued = self.is_searched().then(|| self.continued(i));
+        let continued = self.searched.then(|| self.continued(i));
         for (s, slice) in self.slices.iter().enumerate() {
             for (j, turn) in self.turns.iter().enumerate() {
                 let found = match &continued {
                     Some(all) => all[s * a + j],
-                    None => slice.inverse.solve(&self.frames[i].compose(turn)),
+                    None => slice.solve(&self.frames[i].compose(turn)),
                 };
                 let start = (s * a + j) * b;
                 for k in 0..found.count {
@@ -294,18 +312,14 @@ impl Lattice {
         self.evaluate(q, &feasible, value, cause);
     }
 
-    /// Whether there is neither a closed form nor an elimination for any cell.
-    fn is_searched(&self) -> bool {
-        self.slices[0].inverse.structure().is_none()
-    }
-
     /// The solutions of all cells of a point, by Newton: from random postures in some cells, from there to the cells beside them, forth and back.
     fn continued(&self, i: usize) -> Vec<Solutions> {
         let (a, frame) = (self.turns.len(), &self.frames[i]);
         let (cells, moving) = (self.slices.len() * a, self.slices[0].moving.len());
-        let seeds = cells.div_ceil(SEEDS);
+        let seeds = cells.div_ceil(SEEDS) | 1;
         let solve = |cell: usize, starts: &[f64], random: usize| {
-            self.slices[cell / a].inverse.near(&frame.compose(&self.turns[cell % a]), starts, random)
+            let inverse = self.slices[cell / a].inverse.as_ref();
+            inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
         };
         let random = |cell: usize| if cell % seeds == 0 { RANDOM } else { 0 };
         let mut all: Vec<Solutions> = (0..cells).map(|cell| solve(cell, &[], random(cell))).collect();
@@ -396,7 +410,7 @@ impl Lattice {
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
             for turn in &self.turns {
-                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                let found = slice.solve(&self.frames[i].compose(turn));
                 for k in 0..found.count {
                     let row = &mut row[..self.robot.n()];
                     slice.expand(&found, k, row);
@@ -417,6 +431,10 @@ impl Lattice {
 }
 
 impl Slice {
+    fn solve(&self, target: &Frame) -> Solutions {
+        self.inverse.as_ref().map_or(Solutions::NONE, |inverse| inverse.solve(target))
+    }
+
     /// Solution `k` with the joints that are held.
     #[inline(always)]
     fn expand(&self, found: &Solutions, k: usize, row: &mut [f64]) {

@@ -152,6 +152,8 @@ impl<'a> Layers<'a> {
             branch_step: match (lattice.has_branches(), settings.branch_changes) {
                 (false, _) => NAMELESS_STEP,
                 (true, true) => BRANCH_STEP,
+                // Where branches of the others meet, the robot itself is not singular: joints that are held can move there.
+                (true, false) if lattice.held() > 0 => BRANCH_STEP,
                 (true, false) => 0.0,
             },
             slack: 0.0,

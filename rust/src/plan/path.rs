@@ -117,15 +117,15 @@ impl Path {
         let frame = Frame::IDENTITY.axes;
         let positions = self.position.iter().copied();
         match (Orientation::of(task), &self.rotation) {
-            (Orientation::Axis(_), _) => {
+            (Orientation::Free, _) => Ok(positions.map(|position| Target { position, axis: None, frame }).collect()),
+            (Orientation::Whole, None) => Err(no_rotations()),
+            (_, Some(rotation)) if task.spin_axis().is_none() => {
+                Ok(positions.zip(rotation).map(|(position, frame)| Target { position, axis: None, frame: *frame }).collect())
+            }
+            _ => {
                 let axis = |axis: &Vec3| unit(*axis).unwrap_or(*axis);
                 Ok(positions.zip(&self.axis).map(|(position, a)| Target { position, axis: Some(axis(a)), frame }).collect())
             }
-            (Orientation::Free, _) => Ok(positions.map(|position| Target { position, axis: None, frame }).collect()),
-            (Orientation::Whole, Some(rotation)) => {
-                Ok(positions.zip(rotation).map(|(position, frame)| Target { position, axis: None, frame: *frame }).collect())
-            }
-            (Orientation::Whole, None) => Err(no_rotations()),
         }
     }
 

@@ -94,7 +94,8 @@ impl PathProblem {
         let steps = path.shares();
         let (asked, task) = (task, task.suited(&robot));
         if task.rank(&robot) < task.dimension() {
-            let given = format!("{} of {} components for {} joints", asked.kind(), asked.dimension(), robot.n());
+            let (n, able) = (robot.n(), asked.rank(&robot));
+            let given = format!("{} of {} components for {n} joints, which can do {able} of them", asked.kind(), asked.dimension());
             return Err(Error::value("task", given, "one that asks for no more than the robot can do"));
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };

@@ -74,11 +74,15 @@ fn choices_with(robot: &Robot, task: &Task, spins: bool) -> Result<Vec<Choice>> 
     let kept = cell_task(spins, task).rank(robot);
     // What carries others along, and what carries an arm, is held before anything else.
     let turns = |i: usize| robot.joints()[i] == Joint::Revolute && !robot.drives(i);
+    let endless = |i: usize| robot.joints()[i] == Joint::Prismatic && !robot.limits().is_bounded(i);
     let carries = (0..n).filter(|i| turns(*i)).count() >= MOVING && n > MOVING;
-    let first = |i: &usize| robot.drives(*i) || (carries && !turns(*i));
+    let first = |i: &usize| robot.drives(*i) || (carries && !turns(*i) && !endless(*i));
     let always: Vec<usize> = (0..n).filter(first).collect();
     let motions = Motions::new(robot, &cell_task(spins, task), kept);
-    let missing = |joints: &Vec<usize>| always.iter().filter(|joint| !joints.contains(joint)).count();
+    // A joint that slides without end has no grid.
+    let missing = |joints: &Vec<usize>| {
+        always.iter().filter(|joint| !joints.contains(joint)).count() + MAX_JOINTS * joints.iter().filter(|joint| endless(**joint)).count()
+    };
     let rate = |joints: Vec<usize>| (missing(&joints), motions.share(&joints), joints);
     let mut rated: Vec<(usize, f64, Vec<usize>)> = motions.combinations(n - kept).into_iter().map(rate).collect();
     let by_worth = |a: (usize, f64), b: (usize, f64)| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1));
@@ -88,7 +92,7 @@ fn choices_with(robot: &Robot, task: &Task, spins: bool) -> Result<Vec<Choice>> 
         if found.len() == LOOKED_AT {
             break;
         }
-        if fits(robot, &joints, task)? != Some(spins) {
+        if fits(robot, &joints, task)? != Some(spins) || (missing > 0 && !found.is_empty()) {
             continue;
         }
         let effort = TaskInverse::new(Arc::new(rest(robot, &joints)?), cell_task(spins, task))?.effort();

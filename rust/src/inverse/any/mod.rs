@@ -30,8 +30,8 @@ use verified::Verified;
 /// Newton steps that polish a candidate.
 const POLISH: usize = 8;
 /// Newton steps from a posture that is near, and from one that may be anywhere.
-const NEAR: usize = 12;
-const FAR: usize = 40;
+const NEAR: usize = 30;
+const FAR: usize = 60;
 
 /// Inverse kinematics of a robot for a task that leaves none of its joints to spare: all solutions.
 #[derive(Debug, Clone)]
