@@ -50,6 +50,18 @@ pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>>
     turns.into_iter().zip(path.position()).map(at).map(|frame| Frame::from_matrix("frames", &frame.matrix())).collect()
 }
 
+/// Frames that a tool which turns about the direction `about` of the base alone, such as a planar arm's, has with its `axis` along that of each frame, as far as
+/// it can: what it is spun by there is not its own choice. `tool` is one of its frames.
+pub(super) fn turned_about(about: Vec3, tool: &Frame, axis: Vec3, frames: &[Frame]) -> Vec<Frame> {
+    let now = tool.rotate(axis);
+    let one = |frame: &Frame| {
+        let wanted = frame.rotate(axis);
+        let angle = dot(about, cross(now, wanted)).atan2(dot(now, wanted) - dot(about, now) * dot(about, wanted));
+        Frame { axes: product(&Frame::rotation(about, angle).axes, &tool.axes), origin: frame.origin }
+    };
+    frames.iter().map(one).collect()
+}
+
 /// Rotations (as the images of x, y, z) that take the first of some unit vectors to each of them, by the smallest rotation from each to the
 /// next: none of the steps turns about its axis. Where two in a row are opposite, that rotation is about some perpendicular.
 pub fn transport(axis: &[Vec3]) -> Vec<[Vec3; 3]> {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::frames::{spin, spin_frames, tools};
+use super::frames::{spin, spin_frames, tools, turned_about};
 use super::graph::Criterion;
 use super::numbers::{mean_size, sum};
-use super::path::{Path, point_weights};
+use super::path::{Orientation, Path, point_weights};
 use super::settings::{Aim, PlanSettings};
 use crate::error::{Error, Result};
 use crate::index::Objective;
@@ -18,7 +18,7 @@ use crate::linalg::vector::{Vec3, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Robot, nearest_turn};
-use crate::task::{Target, Task};
+use crate::task::{Projector, Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
 pub const ON_PATH: f64 = 1e-9;
@@ -90,13 +90,16 @@ impl PathProblem {
     /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
     pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
         let motion_alone = settings.criterion == Aim::Motion;
-        let frames = spin_frames(path, &task, settings.closed)?;
+        let mut frames = spin_frames(path, &task, settings.closed)?;
         let steps = path.shares();
         let (asked, task) = (task, task.suited(&robot));
         if task.rank(&robot) < task.dimension() {
             let (n, able) = (robot.n(), asked.rank(&robot));
             let given = format!("{} of {} components for {n} joints, which can do {able} of them", asked.kind(), asked.dimension());
             return Err(Error::value("task", given, "one that asks for no more than the robot can do"));
+        }
+        if let (Orientation::Axis(axis), Projector::Line(about), true) = (Orientation::of(&asked), task.angular, task != asked) {
+            frames = turned_about(about, &tools(&robot, &robot.middle())[0], axis, &frames);
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
