@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::numbers::linspace;
+use super::numbers::{linspace, three_digits};
 use super::path::{Orientation, Path, no_rotations};
 use crate::error::{Error, Result};
 use crate::kinematics::sized::forward;
@@ -16,6 +16,8 @@ use crate::task::Task;
 const SAME: f64 = 1e-9;
 /// Axes whose cosine is this near to -1 are opposite: the smallest rotation from one to the other is not unique.
 const OPPOSITE: f64 = 1e-12;
+/// An angle between an axis and a rotation of one point of a path that rounding, or a drawing, may leave \[rad\].
+const ROUNDED: f64 = 0.02;
 /// Cosine with the path's axis above which the tool's x axis does not show its spin.
 const ALONG: f64 = 0.9;
 
@@ -35,7 +37,11 @@ pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>>
     }
     let at = |(axes, origin): ([Vec3; 3], &Vec3)| Frame { axes, origin: *origin };
     if let Some(rotation) = path.rotation() {
-        return Ok(rotation.iter().copied().zip(path.position()).map(at).collect());
+        let frames = rotation.iter().copied().zip(path.position()).map(at);
+        return match task.spin_axis() {
+            Some(tool) => frames.zip(path.axis()).enumerate().map(|(i, (frame, axis))| aligned(i, frame, tool, *axis)).collect(),
+            None => Ok(frames.collect()),
+        };
     }
     let tool = match orientation {
         Orientation::Whole => return Err(no_rotations()),
@@ -48,6 +54,17 @@ pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>>
         close(&mut turns, path.axis());
     }
     turns.into_iter().zip(path.position()).map(at).map(|frame| Frame::from_matrix("frames", &frame.matrix())).collect()
+}
+
+/// The frame of a point with the tool's axis along the path's: the two come from one file, rounded each for itself.
+fn aligned(point: usize, frame: Frame, tool: Vec3, axis: Vec3) -> Result<Frame> {
+    let own = frame.rotate(tool);
+    let away = norm(cross(own, axis)).atan2(dot(own, axis));
+    if away > ROUNDED {
+        let given = format!("one that has the tool's axis {} deg from axis[{point}]", three_digits(away.to_degrees()));
+        return Err(Error::value(&format!("rotation[{point}]"), given, "the same direction as that of the path"));
+    }
+    Ok(if away > 0.0 { Frame { axes: product(&smallest_rotation(own, axis), &frame.axes), ..frame } } else { frame })
 }
 
 /// Frames that a tool which turns about the direction `about` of the base alone, such as a planar arm's, has with its `axis` along that of each frame, as far as
