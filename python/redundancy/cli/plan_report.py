@@ -172,11 +172,10 @@ def map_table(chart: RedundancyMap, objective: str) -> Table:
             point = int(open_points[choose(least[open_points])])
             # What rounding left beside 0 is no "-0".
             spin = round(float(data.degrees[int(np.nanargmin(best[point]))]), 1) + 0.0
-            table.add_row(f"{label} point", f"{least[point]:.5f}\npoint {point}, {chart.angle_name} {spin} deg")
-        table.caption, table.caption_justify = (
-            f"value: {objective}, at the best {chart.angle_name} of the point",
-            "left",
-        )
+            place = f", {chart.angle_name} {spin} deg" if chart.has_angles else ""
+            table.add_row(f"{label} point", f"{least[point]:.5f}\npoint {point}{place}")
+        what = f"the best {chart.angle_name} of the point" if chart.has_angles else "the best posture of the point"
+        table.caption, table.caption_justify = f"value: {objective}, at {what}", "left"
     return table
 
 

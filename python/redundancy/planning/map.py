@@ -108,6 +108,11 @@ class RedundancyMap:
         held = self._held()
         return "spin" if held is None else f"joint {held + 1}"
 
+    @property
+    def has_angles(self) -> bool:
+        """Whether there is anything to draw over the path: spins, or the values of a single spare joint that turns."""
+        return self.spins or self._held() is not None
+
     def _held(self) -> int | None:
         """Return the joint whose values are the angles of a picture: a single one that turns, where no spin is."""
         if self.spins or len(self.spare) != 1 or self.value.ndim != 4:
@@ -213,7 +218,7 @@ class RedundancyMap:
         )
 
     def _check_angle(self) -> None:
-        if not self.spins and self._held() is None:
+        if not self.has_angles:
             raise InvalidValueError(
                 f"the task leaves {self.robot.name} no spin, expected one, or a single spare joint that turns, "
                 "for a picture of angles"
