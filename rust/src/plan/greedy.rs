@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::hooks::{Hooks, PlanError};
 use super::layers::Layers;
+use super::numbers::ascending;
 use super::part::{Part, best_part, better_parts, refined_part};
 use super::problem::{ON_PATH, PathProblem};
 use crate::error::Error;
@@ -94,8 +95,8 @@ fn followed_with_least_motion(problem: &PathProblem, starts: &[f64]) -> Vec<Vec<
     let n = problem.n();
     let mut found: Vec<Vec<f64>> = apart(starts, n).into_iter().filter_map(|start| followed_from(problem, start)).collect();
     found.iter_mut().for_each(|q| close(problem, q));
-    found.sort_by(|a, b| problem.motion_integral(0, a).total_cmp(&problem.motion_integral(0, b)));
-    found
+    let motion: Vec<f64> = found.iter().map(|q| problem.motion_integral(0, q)).collect();
+    ascending(&motion).into_iter().map(|i| std::mem::take(&mut found[i])).collect()
 }
 
 fn followed_from(problem: &PathProblem, start: &[f64]) -> Option<Vec<f64>> {

@@ -321,7 +321,7 @@ impl Lattice {
             let inverse = self.slices[cell / a].inverse.as_ref();
             inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
         };
-        let random = |cell: usize| if cell % seeds == 0 { RANDOM } else { 0 };
+        let random = |cell: usize| if cell.is_multiple_of(seeds) { RANDOM } else { 0 };
         let mut all: Vec<Solutions> = (0..cells).map(|cell| solve(cell, &[], random(cell))).collect();
         let order = self.order.iter().enumerate();
         let order: Vec<usize> =

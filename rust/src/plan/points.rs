@@ -106,6 +106,7 @@ impl<const C: usize> Point<'_, C> {
     }
 
     /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point.
+    #[inline(never)]
     pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], r: usize) -> [[f64; C]; C] {
         let turning = self.turning.map(|(problem, i)| Turning {
             robot: &problem.robot,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::numbers::ascending;
 use crate::error::{Error, Result};
 use crate::inverse::TaskInverse;
 use crate::kinematics::jacobian_at;
@@ -32,6 +33,7 @@ const SEARCHED: f64 = 0.25;
 const CLOSED: u8 = 1;
 
 /// Joints to hold.
+#[derive(Clone)]
 pub(super) struct Choice {
     pub joints: Vec<usize>,
     /// Whether the tool of the rest spins.
@@ -83,30 +85,32 @@ fn choices_with(robot: &Robot, task: &Task, spins: bool) -> Result<Vec<Choice>> 
     let missing = |joints: &Vec<usize>| {
         always.iter().filter(|joint| !joints.contains(joint)).count() + MAX_JOINTS * joints.iter().filter(|joint| endless(**joint)).count()
     };
-    let rate = |joints: Vec<usize>| (missing(&joints), motions.share(&joints), joints);
-    let mut rated: Vec<(usize, f64, Vec<usize>)> = motions.combinations(n - kept).into_iter().map(rate).collect();
-    let by_worth = |a: (usize, f64), b: (usize, f64)| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1));
-    rated.sort_by(|a, b| by_worth((a.0, a.1), (b.0, b.1)));
-    let mut found: Vec<(usize, Choice)> = Vec::new();
-    for (missing, share, joints) in rated {
-        if found.len() == LOOKED_AT {
+    let all = motions.combinations(n - kept);
+    let shares: Vec<f64> = all.iter().map(|joints| motions.share(joints)).collect();
+    // What is missing counts for more than any share.
+    let keys: Vec<f64> = all.iter().zip(&shares).map(|(joints, share)| missing(joints) as f64 - 0.5 * share).collect();
+    let mut found: Vec<Choice> = Vec::new();
+    for i in ascending(&keys) {
+        let joints = &all[i];
+        if found.len() == LOOKED_AT || (missing(joints) > 0 && !found.is_empty()) {
             break;
         }
-        if fits(robot, &joints, task)? != Some(spins) || (missing > 0 && !found.is_empty()) {
+        if fits(robot, joints, task)? != Some(spins) {
             continue;
         }
-        let effort = TaskInverse::new(Arc::new(rest(robot, &joints)?), cell_task(spins, task))?.effort();
+        let effort = TaskInverse::new(Arc::new(rest(robot, joints)?), cell_task(spins, task))?.effort();
         let worth = match effort {
-            0..=CLOSED => share,
-            u8::MAX => SEARCHED * share,
-            _ => ELIMINATED * share,
+            0..=CLOSED => shares[i],
+            u8::MAX => SEARCHED * shares[i],
+            _ => ELIMINATED * shares[i],
         };
-        found.push((missing, Choice { joints, spins, effort, worth }));
+        found.push(Choice { joints: joints.clone(), spins, effort, worth });
     }
-    found.sort_by(|a, b| by_worth((a.0, a.1.worth), (b.0, b.1.worth)));
-    let best = found.first().map_or(0.0, |(_, choice)| choice.worth);
-    let worth_while = found.into_iter().map(|(_, choice)| choice).filter(|choice| choice.worth >= LEAST * best);
-    Ok(worth_while.take(KEPT).collect())
+    let losses: Vec<f64> = found.iter().map(|choice| -choice.worth).collect();
+    let order = ascending(&losses);
+    let best = order.first().map_or(0.0, |i| found[*i].worth);
+    let worth_while = order.into_iter().filter(|i| found[*i].worth >= LEAST * best).take(KEPT);
+    Ok(worth_while.map(|i| found[i].clone()).collect())
 }
 
 /// Whether what is left when joints are held has none to spare for a cell of the grid; if so, whether its tool may spin.
@@ -177,13 +181,13 @@ impl Motions {
 
     /// Combinations of `count` joints: all, unless they are very many; then those among the joints that move most.
     fn combinations(&self, count: usize) -> Vec<Vec<usize>> {
-        let mut among: Vec<(usize, f64)> = (0..self.n).map(|joint| (joint, self.share(&[joint]))).collect();
-        among.sort_by(|a, b| b.1.total_cmp(&a.1));
-        while among.len() > count + 1 && number_of_combinations(among.len(), count) > COMBINATIONS {
-            among.pop();
+        let losses: Vec<f64> = (0..self.n).map(|joint| -self.share(&[joint])).collect();
+        let mut many = self.n;
+        while many > count + 1 && number_of_combinations(many, count) > COMBINATIONS {
+            many -= 1;
         }
-        let mut among: Vec<usize> = among.into_iter().map(|(joint, _)| joint).collect();
-        among.sort_unstable();
+        let moving = &ascending(&losses)[..many];
+        let among: Vec<usize> = (0..self.n).filter(|joint| moving.contains(joint)).collect();
         combinations(&among, count)
     }
 }
