@@ -17,7 +17,9 @@ const STARTS: usize = 64;
 /// Seed of these postures.
 const SEED: u64 = 0;
 /// Postures of the first point from which the path is followed with the least motion, far from each other.
-const FOLLOWED: usize = 12;
+const FOLLOWED: usize = 24;
+/// The ways with the least motion that are refined beside the best of the grid.
+const REFINED: usize = 6;
 /// Newton steps from a point to the next.
 const STEPS: usize = 30;
 
@@ -31,15 +33,16 @@ pub(super) fn or_followed(
     hooks: &mut Hooks,
 ) -> Result<Vec<Part>, PlanError> {
     hooks.go_on()?;
-    if !is_whole(problem, &parts) {
+    // The grid tells ways of one value apart by what its coarse steps cost: where nothing but the motion counts, ways of other kinds are looked at as well.
+    let motion_alone = problem.objective.is_none();
+    if motion_alone || !is_whole(problem, &parts) {
         known.add(&[0], hooks)?;
-        let rows = followed_with_least_motion(problem, known.postures(0));
-        for q in rows {
-            let part = refined_part(problem, 0, &q, most, hooks)?;
-            parts = better_parts(problem.criterion, parts, vec![part]);
-            if is_whole(problem, &parts) {
+        for (i, q) in followed_with_least_motion(problem, known.postures(0)).into_iter().enumerate() {
+            if is_whole(problem, &parts) && (!motion_alone || i >= REFINED) {
                 break;
             }
+            let part = refined_part(problem, 0, &q, most, hooks)?;
+            parts = better_parts(problem.criterion, parts, vec![part]);
         }
     }
     let best = match &problem.objective {
