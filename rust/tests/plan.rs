@@ -41,6 +41,7 @@ fn drawn(rng: &mut Rng, layers: usize, angles: usize, branches: usize) -> Graph 
     Graph {
         n: 1,
         slices: 1,
+        near: [vec![0]].into(),
         angles,
         branches,
         named: true,
@@ -111,7 +112,6 @@ fn routes_are_the_best_of_all() {
             criterion: if round % 2 == 0 { Criterion::Minimax } else { Criterion::Integral },
             smoothness: rng.within(0.0, 0.5),
             window: 1 + rng.below(2),
-            slice_window: 0,
             around: rng.below(2) == 0,
             branch_step: [0.0, 0.7][rng.below(2)],
             slack: 0.0,
@@ -144,7 +144,6 @@ fn closed_routes_end_where_they_begin() {
             criterion: if round % 2 == 0 { Criterion::Minimax } else { Criterion::Integral },
             smoothness: 0.1,
             window: 2,
-            slice_window: 0,
             around: true,
             branch_step: [0.0, 0.7][rng.below(2)],
             slack: 0.0,
@@ -169,6 +168,7 @@ fn a_closed_route_may_end_whole_turns_from_where_it_begins() {
     let graph = Graph {
         n: 1,
         slices: 1,
+        near: [vec![0]].into(),
         angles: 1,
         branches: 1,
         named: true,
@@ -181,8 +181,7 @@ fn a_closed_route_may_end_whole_turns_from_where_it_begins() {
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![1.0; layers - 1],
     };
-    let search =
-        Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, slice_window: 0, around: false, branch_step: 0.0, slack: 0.0 };
+    let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };
     // Every turn is a branch of its own.
     let turned = graph.with_turns(0, -1.2 * TAU, 1.2 * TAU);
     let limits = Limits { q_min: vec![-1.2 * TAU], q_max: vec![1.2 * TAU], ..Limits::none(1) };
@@ -200,6 +199,7 @@ fn whole_turns_are_searched_only_where_limits_ask_for_them() {
     let graph = Graph {
         n: 1,
         slices: 1,
+        near: [vec![0]].into(),
         angles: 1,
         branches: 1,
         named: true,
@@ -212,8 +212,7 @@ fn whole_turns_are_searched_only_where_limits_ask_for_them() {
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![f64::INFINITY; layers - 1],
     };
-    let search =
-        Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, slice_window: 0, around: false, branch_step: 0.0, slack: 0.0 };
+    let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };
     let limits = |low: f64, high: f64| Limits { q_min: vec![low], q_max: vec![high], ..Limits::none(1) };
     let found = find_route(&graph, &search, Some(&limits(-1.5 * TAU, 1.5 * TAU)), false);
     assert_eq!(found.q.len(), layers);

@@ -185,7 +185,6 @@ def test_bad_settings_name_file_and_key(tmp_path: Path, command: str, text: str,
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"axisymmetric"', '"position"', "task is of the kind 'position'"),
         ("[path.helix]", "[plan]\nclosed = true\n[path.helix]", "the last point of the path is not the first"),
     ],
 )

@@ -40,7 +40,7 @@ PENDANT = {
     "ur5e": ((Z, -Y, -Y, -Y, -Z, -Y), (-0.425 - 0.3922, -0.1333 - 0.0996, 0.1625 - 0.0997)),
     "ur10e": ((Z, -Y, -Y, -Y, -Z, -Y), (-0.6127 - 0.57155, -0.17415 - 0.11655, 0.1807 - 0.11985)),
 }
-UNSOURCED = {"puma500", "stanford_arm", "planar_3r"}
+UNSOURCED = {"puma500", "stanford_arm", "planar_3r", "planar_4r"}
 """No pendant, or none of which a source was found."""
 ELSEWHERE = {"fanuc_m710ic50_milling", "panda"}
 """The bare robot with a tool; equal to its URDF in all joints (test_robots)."""

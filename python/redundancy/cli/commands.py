@@ -170,10 +170,10 @@ def map_path(job: Path, out: Path, angles: int, page: bool, base: str | None, ti
     asked = read_job(job, base, tip)
     with _naming(asked):
         chart = map_job(asked, angles)
-    free = asked.task.kind == "axisymmetric"
-    if not free:
-        click.echo("note: no pictures of a task that leaves no spin free", err=True)
-    files = write_map(out, chart, asked.objective_name, free and _can_draw(), free and page)
+    drawn = chart.has_angles
+    if not drawn:
+        click.echo("note: no pictures of a task that leaves neither a spin nor one joint alone free", err=True)
+    files = write_map(out, chart, asked.objective_name, drawn and _can_draw(), drawn and page)
     _print(map_table(chart, asked.objective_name))
     click.echo(f"written to {out}: {', '.join(files)}")
 

@@ -24,7 +24,7 @@
     smoothness = 1e-3                    # weight of the motion; next to nothing if left out
     n_angles = 48                        # grid of the search: spins, points of the path, values of each spare joint
     layers = 32
-    n_spare = 24
+    n_spare = 24                         # chosen by how many are held if left out
     spin_range_deg = [-90, 90]           # a whole turn if left out
     spare = [7]                          # joints on the grid, counted from 1; chosen if left out
     closed = false

@@ -128,7 +128,7 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Jo
             }
             if chart is not None:
                 figures["spin"] = plots.spin_along_path(planned)
-                figures["map"] = _figure(chart, job.objective_name, [MapLine(chart.spin_of(planned))])
+                figures["map"] = _figure(chart, job.objective_name, chart.lines_of(planned))
             save_figures(temporary, figures)
     return names
 
@@ -172,8 +172,10 @@ def map_table(chart: RedundancyMap, objective: str) -> Table:
             point = int(open_points[choose(least[open_points])])
             # What rounding left beside 0 is no "-0".
             spin = round(float(data.degrees[int(np.nanargmin(best[point]))]), 1) + 0.0
-            table.add_row(f"{label} point", f"{least[point]:.5f}\npoint {point}, spin {spin} deg")
-        table.caption, table.caption_justify = f"value: {objective}, at the best spin of the point", "left"
+            place = f", {chart.angle_name} {spin} deg" if chart.has_angles else ""
+            table.add_row(f"{label} point", f"{least[point]:.5f}\npoint {point}{place}")
+        what = f"the best {chart.angle_name} of the point" if chart.has_angles else "the best posture of the point"
+        table.caption, table.caption_justify = f"value: {objective}, at {what}", "left"
     return table
 
 
@@ -225,4 +227,5 @@ def _prepared(chart: RedundancyMap) -> MapData:
 
 
 def _figure(chart: RedundancyMap, objective: str, lines: Sequence[MapLine] = ()) -> "Figure":
-    return plots.redundancy_map_figure(*chart.planes(), lines=lines, name=objective, title=chart.robot.name)
+    title, angle = chart.robot.name, chart.angle_name
+    return plots.redundancy_map_figure(*chart.planes(), lines=lines, name=objective, title=title, angle_name=angle)

@@ -1,4 +1,4 @@
-"""The redundancy map: what every spin of the tool is worth, at every point of a path, on every branch."""
+"""The redundancy map: what every spin of a tool, or value of spare joints, is worth along a path, on every branch."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from .._core import Lattice, Objective, Robot, Task, angle_grid, spare_grid
 from .._util import F64, progress_bar
 from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory
-from ..plots import BY_BADNESS, CAUSES
+from ..plots import BY_BADNESS, CAUSES, MapLine
 from .numbers import core_path
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ class RedundancyMap:
     spare_values : ndarray, shape (S, k)
         Where they are held [rad or m].
     spins : bool
-        Whether the robot can spin its tool beside the task. Else there is one spin, 0, and a map holds the branches
-        alone: a full task, or five joints with an axisymmetric one.
+        Whether the spins of the tool are on the grid. Else there is one angle, 0, and a map holds the values of the
+        spare joints and the branches: a full task or a position, or five joints with an axisymmetric one.
     """
 
     robot: Robot
@@ -81,16 +81,18 @@ class RedundancyMap:
         return best
 
     def planes(self) -> tuple[F64, NDArray[np.uint8], F64]:
-        """Return the map as pictures need it: spare joints where they are best, nothing beyond the range of the spin.
+        """Return the map as pictures need it: spare joints where they are best, nothing beyond the range of the angle.
 
         Returns
         -------
         value, cause : ndarray, shape (N, A, B)
-            Spins that were not asked for are there as refused by the user.
+            Angles that were not asked for are there as refused by the user.
         angles : ndarray, shape (A,)
-            Spins [rad].
+            Spins [rad]; without them the values of the spare joint, if it is a single one that turns.
         """
-        value, cause = self.value, self.cause
+        value, cause, held = self.value, self.cause, self._held()
+        if held is not None:
+            return self._framed(value[:, :, 0], cause[:, :, 0], self.spare_values[:, 0])
         if value.ndim == 4:
             worth = np.where(cause == 0, value, np.inf)
             # The least value; where no cell has one, the cause that came closest.
@@ -98,17 +100,36 @@ class RedundancyMap:
             pick = rank.argmin(axis=1)[:, None]
             value = np.take_along_axis(value, pick, axis=1)[:, 0]
             cause = np.take_along_axis(cause, pick, axis=1)[:, 0]
-        return self._framed(value, cause)
+        return self._framed(value, cause, self.angles)
 
-    def _framed(self, value: F64, cause: NDArray[np.uint8]) -> tuple[F64, NDArray[np.uint8], F64]:
-        """Add a row of refused spins at either end of a range that is less than a turn."""
-        if len(self.angles) < 2:
-            return value, cause, self.angles
-        step = float(self.angles[1] - self.angles[0])
-        if self.angles[-1] - self.angles[0] + 1.5 * step > 2.0 * np.pi:
-            return value, cause, self.angles
+    @property
+    def angle_name(self) -> str:
+        """What the angles of a picture are: "spin", or the label of the joint that is held."""
+        held = self._held()
+        return "spin" if held is None else f"joint {held + 1}"
+
+    @property
+    def has_angles(self) -> bool:
+        """Whether there is anything to draw over the path: spins, or the values of a single spare joint that turns."""
+        return self.spins or self._held() is not None
+
+    def _held(self) -> int | None:
+        """Return the joint whose values are the angles of a picture: a single one that turns, where no spin is."""
+        if self.spins or len(self.spare) != 1 or self.value.ndim != 4:
+            return None
+        joint = self.spare[0]
+        turns = self.robot.joints[joint] == "R" and np.ptp(self.spare_values) < 2.0 * np.pi
+        return joint if turns else None
+
+    def _framed(self, value: F64, cause: NDArray[np.uint8], angles: F64) -> tuple[F64, NDArray[np.uint8], F64]:
+        """Add a row of refused angles at either end of a range that is less than a turn."""
+        if len(angles) < 2:
+            return value, cause, angles
+        step = float(angles[1] - angles[0])
+        if angles[-1] - angles[0] + 1.5 * step > 2.0 * np.pi:
+            return value, cause, angles
         rows = ((0, 0), (1, 1), (0, 0))
-        angles = np.concatenate([[self.angles[0] - step], self.angles, [self.angles[-1] + step]])
+        angles = np.concatenate([[angles[0] - step], angles, [angles[-1] + step]])
         refused = CAUSES.index("predicate")
         framed: F64 = np.pad(value, rows, constant_values=np.nan)
         return framed, np.pad(cause, rows, constant_values=refused), angles
@@ -120,7 +141,9 @@ class RedundancyMap:
         branch: int | None = None,
         name: str | None = None,
     ) -> "Figure":
-        """Draw the map: value by colour, causes where there is none, and the spin that a trajectory chose.
+        """Draw the map: value by colour, causes where there is none, and the angle that a trajectory chose.
+
+        Angles are spins of the tool; without these the values of the spare joint, if it is a single one that turns.
 
         Parameters
         ----------
@@ -136,17 +159,23 @@ class RedundancyMap:
         Raises
         ------
         InvalidValueError
-            If the task leaves no spin.
+            If there is neither.
         ImportError
             If matplotlib is not installed.
         """
         from .. import plots
 
-        self._check_spin()
+        self._check_angle()
         value, cause, angles = self.planes()
-        lines = [] if trajectory is None else [plots.MapLine(self.spin_of(trajectory))]
         figure = plots.redundancy_map_figure(
-            value, cause, angles, lines=lines, branch=branch, name=name or self._name, title=self.robot.name
+            value,
+            cause,
+            angles,
+            lines=self.lines_of(trajectory),
+            branch=branch,
+            name=name or self._name,
+            title=self.robot.name,
+            angle_name=self.angle_name,
         )
         if path is not None:
             plots.save(figure, path)
@@ -167,25 +196,42 @@ class RedundancyMap:
         Raises
         ------
         InvalidValueError
-            If the task leaves no spin.
+            If there is neither a spin nor a single spare joint that turns.
         ImportError
             If plotly is not installed.
         OSError
             If the file cannot be written.
         """
-        from ..plots import MapLine
         from ..plots.map_page import write_map_html
 
-        self._check_spin()
+        self._check_angle()
         value, cause, angles = self.planes()
-        lines = [] if trajectory is None else [MapLine(self.spin_of(trajectory))]
-        write_map_html(file, value, cause, angles, lines=lines, name=name or self._name, title=self.robot.name)
+        write_map_html(
+            file,
+            value,
+            cause,
+            angles,
+            lines=self.lines_of(trajectory),
+            name=name or self._name,
+            title=self.robot.name,
+            angle_name=self.angle_name,
+        )
 
-    def _check_spin(self) -> None:
-        if self.task.kind == "full":
-            raise InvalidValueError("the task fixes the spin, expected an axisymmetric one for a picture of spins")
-        if not self.spins:
-            raise InvalidValueError(f"the task leaves {self.robot.name} no spin, expected one for a picture of spins")
+    def _check_angle(self) -> None:
+        if not self.has_angles:
+            raise InvalidValueError(
+                f"the task leaves {self.robot.name} no spin, expected one, or a single spare joint that turns, "
+                "for a picture of angles"
+            )
+
+    def lines_of(self, trajectory: Trajectory | None) -> list[MapLine]:
+        """Return what a picture draws of a trajectory: its spin, or the joint that is held on the map."""
+        held = self._held()
+        if trajectory is None:
+            return []
+        if held is None:
+            return [MapLine(self.spin_of(trajectory))]
+        return [MapLine(trajectory.q[:, held], label=f"chosen {self.angle_name}")]
 
     @property
     def _name(self) -> str:
@@ -206,7 +252,7 @@ def redundancy_map(
     *,
     spin_range: tuple[float, float] | None = None,
     spare: tuple[int, ...] | None = None,
-    n_spare: int = 24,
+    n_spare: int | None = None,
     limits: bool = True,
     feasible: Predicate | None = None,
     progress: bool = True,
@@ -216,11 +262,12 @@ def redundancy_map(
     Parameters
     ----------
     robot : Robot
-        As many joints as the task takes, or more: six, or fewer such as a SCARA's; beyond that some are spare.
+        Any with up to 16 joints; those beyond what the task and its spin take are spare.
     path : Toolpath
         N points.
     task : Task
-        Axisymmetric (default, about z) or full.
+        Any; axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
+        orientation, axes or rotations.
     objective : Objective, optional
         What cells are worth; 0 where feasible if not given.
     n_angles : int
@@ -228,10 +275,12 @@ def redundancy_map(
     spin_range : tuple of float, optional
         Least and largest spin [rad]; a whole turn if not given.
     spare : tuple of int, optional
-        Joints that are put on a grid so that the task and its spin take all others, counted from 0; chosen so that the
-        rest has a closed form if not given.
-    n_spare : int
-        Values of each spare joint, over its range.
+        Joints that are put on a grid so that the task and its spin take all others, counted from 0. If not given, those
+        whose values tell most about the posture (by their share of the null space of the task), weighed against how
+        hard the rest is to solve.
+    n_spare : int, optional
+        Values of each spare joint, over its range. If not given, 120 of a single one; 24 beside spins, or of each of
+        two; about 1000 combinations of more; fewer where the rest has no closed form.
     limits : bool
         Whether postures beyond the position limits are out.
     feasible : callable, optional
@@ -247,11 +296,14 @@ def redundancy_map(
     Raises
     ------
     InvalidValueError
-        If a setting is out of its domain, or the spare joints leave others than the task and its spin take.
+        If a setting is out of its domain, the spare joints leave others than the task and its spin take, one of them
+        slides without limits, or the path has no rotations and the task looks at more than an axis of the tool.
 
     Notes
     -----
-    At a singularity of the objective (an infinite value) a cell is "singular". All cores work with the GIL released,
+    At a singularity of the objective (an infinite value) a cell is "singular". Where the rest has neither a closed form
+    nor an elimination (tasks with free directions in the base, some arms with slides), postures come by Newton from
+    random ones and from those of neighbouring cells: there may be others. All cores work with the GIL released,
     except for objectives and predicates in Python.
 
     Examples

@@ -26,7 +26,7 @@ def plan(
     max_spin_step: float = np.pi / 3.0,
     max_step: float | None = None,
     spare: tuple[int, ...] | None = None,
-    n_spare: int = 24,
+    n_spare: int | None = None,
     branches: tuple[int, ...] | None = None,
     branch_changes: bool = False,
     closed: bool = False,
@@ -45,14 +45,16 @@ def plan(
     Parameters
     ----------
     robot : Robot
-        As many joints as the task takes, or more, of which some are spare (a seven-axis arm, a robot on a rail): five
-        with an axisymmetric task, whose plan is the choice of branches and whole turns; six of any kind; a SCARA or a
-        planar arm, as far as it can turn its tool. Where the robot has fewer joints than rows of the Jacobian in use
-        the ``condition_number`` of the plan is NaN, and an objective needs ``rows``.
+        Any with up to 16 joints that can do the task: as many joints as the task takes, whose plan is the choice of
+        branches and whole turns, or more, of which some are spare (a planar arm of four joints, a seven-axis arm, a
+        robot on a rail). A SCARA or a planar arm does a task as far as it can move its tool. Where the robot has fewer
+        joints than rows of the Jacobian in use the ``condition_number`` of the plan is NaN, and an objective needs
+        ``rows``.
     path : Toolpath
         N points; with times, joint speed limits hold.
     task : Task
-        Axisymmetric (default, about z) or full.
+        Any: axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
+        orientation, axes (an axis of the tool) or rotations (more than that).
     objective : Objective, optional
         What is minimised. Not needed for the criterion "motion".
     criterion : {"minimax", "integral", "motion"}
@@ -62,8 +64,11 @@ def plan(
     smoothness : float, optional
         Weight of the integral of the squared joint speed, over the path's share s from 0 to 1:
         value + smoothness * integral |dq/ds|^2 ds. If not given, 1e-5 of the mean value, 1e-7 for the worst one.
-    n_angles, n_spare : int
-        Grid of the search: spins, and values of each spare joint.
+    n_angles : int
+        Spins of the search's grid.
+    n_spare : int, optional
+        Values of each spare joint. If not given, 120 of a single one; 24 beside spins, or of each of two; about 1000
+        combinations of more; fewer where the rest has no closed form.
     layers : int
         Points of the path at which the first search begins; more are added where the path needs them.
     spin_range : tuple of float, optional
@@ -75,7 +80,9 @@ def plan(
         Largest motion of any joint from point to point [rad or m], beside the speed limits of a path with times. If not
         given, 0.5 where a path without times can keep to it.
     spare : tuple of int, optional
-        Joints on the grid, counted from 0; chosen if not given.
+        Joints on the grid, counted from 0. If not given, those whose values tell most about a posture (by their share
+        of the null space of the task), weighed against how hard the rest is to solve; where these lead to no whole
+        plan, the next best.
     branches : tuple of int, optional
         Branches that may be used, as in `redundancy_map`; all if not given.
     branch_changes : bool
@@ -91,7 +98,8 @@ def plan(
     effort : int, optional
         Searches at most; the best plan is kept, and one at its lower bound ends them. The second asks at every
         point, up to 1000 and as far as joints can move by a spin of the grid from one to the next; each one after it
-        doubles the spins. If not given, 4; 1 for the criterion "motion", or with joints to spare.
+        doubles the spins and the values of spare joints. If not given, 4; 1 for the criterion "motion", or with joints
+        to spare.
     max_iterations : int
         Newton steps of the refinement at most.
     progress : bool

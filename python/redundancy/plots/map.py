@@ -44,6 +44,7 @@ def redundancy_map_figure(
     name: str = r"condition number $\kappa_F$",
     title: str = "",
     distance_label: str | None = None,
+    angle_name: str = "spin",
 ) -> Figure:
     """Draw a redundancy map: what every spin at every point of a path is worth, and why some are not possible.
 
@@ -71,6 +72,8 @@ def redundancy_map_figure(
         Title of the picture.
     distance_label : str, optional
         What the distance is, if not metres along the path.
+    angle_name : str
+        What the angles are: the spin of the tool, or a joint that is held.
 
     Returns
     -------
@@ -87,7 +90,7 @@ def redundancy_map_figure(
     NonFiniteError
         If an angle or a distance is not finite.
     """
-    data = prepared_map(value, cause, angles, distance, lines, distance_label)
+    data = prepared_map(value, cause, angles, distance, lines, distance_label, angle_name)
     if panels not in ("best", "branches"):
         raise InvalidValueError(f"panels: got {panels!r}, expected 'best' or 'branches'")
     if branch is not None and not 0 <= branch < data.branches:
@@ -101,7 +104,7 @@ def redundancy_map_figure(
             figure = Figure(figsize=(7.5, 4.0), layout="constrained")
             axes = figure.subplots()
             _draw_map(axes, data, branch)
-            axes.set(xlabel=data.x_label, ylabel="spin [deg]", yticks=np.arange(-180, 181, 60))
+            axes.set(xlabel=data.x_label, ylabel=f"{data.angle_name} [deg]", yticks=np.arange(-180, 181, 60))
             _write_scale(figure, [axes], data, [branch], name)
         heading = title or ("" if branch is None else f"branch {branch}")
         if heading:
@@ -124,7 +127,7 @@ def _draw_branches(data: MapData, name: str) -> Figure:
             panel.set_xlabel(data.x_label)
     for panel in grid[data.branches :]:
         panel.set_visible(False)
-    figure.supylabel("spin [deg]", fontsize="medium")
+    figure.supylabel(f"{data.angle_name} [deg]", fontsize="medium")
     _write_scale(figure, panels, data, list(range(data.branches)), name)
     return figure
 

@@ -92,6 +92,8 @@ class MapData:
         The branch with the least value, or where none is feasible the one that came closest.
     lines : tuple of Polyline
         What to draw over the map.
+    angle_name : str
+        What the angles are: "spin", or a joint.
     """
 
     value: F64
@@ -102,6 +104,7 @@ class MapData:
     numbered: bool
     pick: Int
     lines: tuple[Polyline, ...]
+    angle_name: str = "spin"
 
     @property
     def branches(self) -> int:
@@ -143,6 +146,7 @@ def prepared(
     distance: ArrayLike | None,
     lines: Sequence[MapLine],
     x_label: str | None,
+    angle_name: str = "spin",
 ) -> MapData:
     """Check a redundancy map, sort its angles and choose the best branch at every cell.
 
@@ -158,6 +162,8 @@ def prepared(
         What to draw over the map.
     x_label : str, optional
         What the distance is.
+    angle_name : str
+        What the angles are.
 
     Returns
     -------
@@ -198,7 +204,9 @@ def prepared(
     values, codes = values[:, order], codes.astype(np.uint8)[:, order]
     codes[(codes == 0) & ~np.isfinite(values)] = SINGULAR
     drawn = tuple(_polyline(line, x, values.shape[2]) for line in lines)
-    return MapData(values, codes, degrees, x, x_label or label, distance is None, _pick(values, codes), drawn)
+    return MapData(
+        values, codes, degrees, x, x_label or label, distance is None, _pick(values, codes), drawn, angle_name
+    )
 
 
 def _pick(value: F64, cause: U8) -> Int:

@@ -180,6 +180,7 @@ def write_map_html(
     name: str = "condition number κ<sub>F</sub>",
     title: str = "redundancy map",
     distance_label: str | None = None,
+    angle_name: str = "spin",
 ) -> None:
     """Write a redundancy map as a page that needs no network: one file, any browser of 2023 or later.
 
@@ -187,7 +188,7 @@ def write_map_html(
     ----------
     file : path-like
         Its folder has to exist.
-    value, cause, angles, distance, lines, distance_label
+    value, cause, angles, distance, lines, distance_label, angle_name
         As for `redundancy.plots.redundancy_map_figure`.
     name : str
         What the value is; may contain ``<sub>``, ``<sup>``, ``<i>`` and ``<b>``.
@@ -212,7 +213,7 @@ def write_map_html(
         from plotly.offline import get_plotlyjs
     except ImportError as error:
         raise ImportError("the interactive map needs plotly: pip install redundancy[html]") from error
-    data = prepared_map(value, cause, angles, distance, lines, distance_label)
+    data = prepared_map(value, cause, angles, distance, lines, distance_label, angle_name)
     # By way of plotly's own classes, which refuse what plotly.js would ignore.
     figure = graph_objects.Figure(_traces(data, name), _layout(data)).to_plotly_json()
     parts = {
@@ -269,7 +270,7 @@ def content(data: MapData) -> dict[str, Any]:
 def _traces(data: MapData, name: str) -> list[dict[str, Any]]:
     """Return the traces without the numbers of the map, which the page fills in."""
     where = "" if data.numbered else f"{html.escape(data.x_label)}: %{{x:.6~g}}<br>"
-    hover = f"<b>%{{text}}</b><br>{where}spin: %{{y:.2~f}} deg"
+    hover = f"<b>%{{text}}</b><br>{where}{html.escape(data.angle_name)}: %{{y:.2~f}} deg"
     low, high = data.limits() or (0.0, 1.0)
     convert = np.log10 if is_log((low, high)) else np.asarray
     ends = [float(end) for end in convert(np.array([low, high]))]
@@ -347,7 +348,7 @@ def _layout(data: MapData) -> dict[str, Any]:
     return {
         "template": "none",
         "xaxis": {**axis, **along, "title": {"text": html.escape(data.x_label)}},
-        "yaxis": {**axis, **turn, "title": {"text": "spin [deg]"}},
+        "yaxis": {**axis, **turn, "title": {"text": f"{html.escape(data.angle_name)} [deg]"}},
         "legend": {"orientation": "h", "y": -0.14, "yanchor": "top", "itemclick": False, "itemdoubleclick": False},
         "margin": {"l": 70, "r": 20, "t": 32, "b": 90},
         "hovermode": "closest",

@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::numbers::linspace;
-use super::path::{Path, no_rotations};
+use super::numbers::{linspace, three_digits};
+use super::path::{Orientation, Path, no_rotations};
 use crate::error::{Error, Result};
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
@@ -16,6 +16,8 @@ use crate::task::Task;
 const SAME: f64 = 1e-9;
 /// Axes whose cosine is this near to -1 are opposite: the smallest rotation from one to the other is not unique.
 const OPPOSITE: f64 = 1e-12;
+/// An angle between an axis and a rotation of one point of a path that rounding, or a drawing, may leave \[rad\].
+const ROUNDED: f64 = 0.02;
 /// Cosine with the path's axis above which the tool's x axis does not show its spin.
 const ALONG: f64 = 0.9;
 
@@ -23,29 +25,58 @@ const ALONG: f64 = 0.9;
 /// turning about the axis. In a `closed` path, what the way round turned the tool by is spread over the path, so that the last is the first.
 ///
 /// # Errors
-/// [`Error`] if the task is neither axisymmetric nor full, the rotations that it needs are missing, or a closed path does not end where it
-/// starts.
+/// [`Error`] if the rotations that the task needs are missing, or a closed path does not end where it starts.
 pub fn spin_frames(path: &Path, task: &Task, closed: bool) -> Result<Vec<Frame>> {
-    if !matches!(task.kind(), "axisymmetric" | "full") {
-        return Err(Error::value("task", format!("of the kind '{}'", task.kind()), "'axisymmetric' or 'full'"));
-    }
+    let orientation = Orientation::of(task);
     let last = path.len() - 1;
     let apart = sub(path.position()[0], path.position()[last]).iter().any(|x| x.abs() > SAME);
-    if closed && (apart || dot(path.axis()[0], path.axis()[last]) < 1.0 - SAME) {
+    let leans = orientation != Orientation::Free && dot(path.axis()[0], path.axis()[last]) < 1.0 - SAME;
+    if closed && (apart || leans) {
         let given = "True, but the last point of the path is not the first";
         return Err(Error::value("closed", given, "a path that ends where it starts"));
     }
     let at = |(axes, origin): ([Vec3; 3], &Vec3)| Frame { axes, origin: *origin };
     if let Some(rotation) = path.rotation() {
-        return Ok(rotation.iter().copied().zip(path.position()).map(at).collect());
+        let frames = rotation.iter().copied().zip(path.position()).map(at);
+        return match task.spin_axis() {
+            Some(tool) => frames.zip(path.axis()).enumerate().map(|(i, (frame, axis))| aligned(i, frame, tool, *axis)).collect(),
+            None => Ok(frames.collect()),
+        };
     }
-    let Some(tool) = task.spin_axis() else { return Err(no_rotations()) };
+    let tool = match orientation {
+        Orientation::Whole => return Err(no_rotations()),
+        Orientation::Axis(axis) => axis,
+        Orientation::Free => [0.0, 0.0, 1.0],
+    };
     let first = to_axis(tool, path.axis()[0]);
     let mut turns: Vec<[Vec3; 3]> = transport(path.axis()).iter().map(|turn| product(turn, &first)).collect();
-    if closed {
+    if closed && orientation != Orientation::Free {
         close(&mut turns, path.axis());
     }
     turns.into_iter().zip(path.position()).map(at).map(|frame| Frame::from_matrix("frames", &frame.matrix())).collect()
+}
+
+/// The frame of a point with the tool's axis along the path's: the two come from one file, rounded each for itself.
+fn aligned(point: usize, frame: Frame, tool: Vec3, axis: Vec3) -> Result<Frame> {
+    let own = frame.rotate(tool);
+    let away = norm(cross(own, axis)).atan2(dot(own, axis));
+    if away > ROUNDED {
+        let given = format!("one that has the tool's axis {} deg from axis[{point}]", three_digits(away.to_degrees()));
+        return Err(Error::value(&format!("rotation[{point}]"), given, "the same direction as that of the path"));
+    }
+    Ok(if away > 0.0 { Frame { axes: product(&smallest_rotation(own, axis), &frame.axes), ..frame } } else { frame })
+}
+
+/// Frames that a tool which turns about the direction `about` of the base alone, such as a planar arm's, has with its `axis` along that of each frame, as far as
+/// it can: what it is spun by there is not its own choice. `tool` is one of its frames.
+pub(super) fn turned_about(about: Vec3, tool: &Frame, axis: Vec3, frames: &[Frame]) -> Vec<Frame> {
+    let now = tool.rotate(axis);
+    let one = |frame: &Frame| {
+        let wanted = frame.rotate(axis);
+        let angle = dot(about, cross(now, wanted)).atan2(dot(now, wanted) - dot(about, now) * dot(about, wanted));
+        Frame { axes: product(&Frame::rotation(about, angle).axes, &tool.axes), origin: frame.origin }
+    };
+    frames.iter().map(one).collect()
 }
 
 /// Rotations (as the images of x, y, z) that take the first of some unit vectors to each of them, by the smallest rotation from each to the

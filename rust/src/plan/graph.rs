@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::lattice::Cause;
@@ -25,6 +27,8 @@ pub struct Graph {
     pub n: usize,
     /// Values of the spare joints.
     pub slices: usize,
+    /// Of each of them, those from which it may be reached.
+    pub near: Arc<[Vec<usize>]>,
     /// Spin angles.
     pub angles: usize,
     /// Branches of a cell.
@@ -58,8 +62,6 @@ pub struct Search {
     pub smoothness: f64,
     /// Spin cells that may be crossed from layer to layer, either way.
     pub window: usize,
-    /// Spare-joint cells that may be crossed.
-    pub slice_window: usize,
     /// Whether the spin angles close a turn.
     pub around: bool,
     /// Largest motion of a joint where the branch changes [rad or m]; 0 forbids it.
@@ -221,7 +223,7 @@ impl Graph {
     pub(super) fn steps_of_sweep(&self, search: &Search) -> usize {
         let branches = if self.named && search.branch_step == 0.0 { self.copies } else { self.branches };
         let spins = (2 * search.window + 1).min(self.angles);
-        let slices = (2 * search.slice_window + 1).min(self.slices);
+        let slices = self.near.iter().fold(0, |most, near| most.max(near.len()));
         self.layers() * self.cells() * branches * spins * slices
     }
 
@@ -250,6 +252,7 @@ impl Graph {
             steps: turned(&self.steps, 1),
             bounds: turned(&self.bounds, self.n),
             wide: self.wide.clone(),
+            near: self.near.clone(),
             ..*self
         }
     }
@@ -293,12 +296,11 @@ impl Graph {
     #[inline(always)]
     fn each_neighbour(&self, search: &Search, cell: usize, mut each: impl FnMut(usize)) {
         let sample = cell / self.branches;
-        let (slice, angle) = ((sample / self.angles) as isize, (sample % self.angles) as isize);
-        let (window, slice_window) = (search.window as isize, search.slice_window as isize);
-        let angles = self.angles as isize;
+        let (slice, angle) = (sample / self.angles, (sample % self.angles) as isize);
+        let (window, angles) = (search.window as isize, self.angles as isize);
         let full = search.around && 2 * window + 1 >= angles;
         let (low, high) = if full { (0, angles - 1) } else { (angle - window, angle + window) };
-        for s in (slice - slice_window).max(0)..=(slice + slice_window).min(self.slices as isize - 1) {
+        for s in &self.near[slice] {
             for j in low..=high {
                 let j = if search.around {
                     j.rem_euclid(angles)
@@ -307,7 +309,7 @@ impl Graph {
                 } else {
                     continue;
                 };
-                each((s * angles + j) as usize * self.branches);
+                each((s * self.angles + j as usize) * self.branches);
             }
         }
     }
@@ -342,6 +344,7 @@ impl Graph {
             steps: again(&self.steps, 0),
             bounds: again(&self.bounds, 0),
             wide: self.wide.clone(),
+            near: self.near.clone(),
             ..*self
         }
     }

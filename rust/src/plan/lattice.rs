@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::failure::Limited;
-use super::grid::{SpareGrid, cell_task};
+use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
+use super::spare::cell_task;
 use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
@@ -19,6 +20,11 @@ use crate::task::Task;
 
 /// A value from which on it is infinite but for rounding: that of a condition number whose smallest singular value is nothing but rounding.
 const INFINITE: f64 = 1e12;
+/// Cells of a point whose postures are searched from random ones where Newton alone finds any, and how many of these there are.
+const SEEDS: usize = 12;
+const RANDOM: usize = 96;
+/// A posture of the cell beside this near to one that is known [rad or m] leads there.
+const BESIDE: f64 = 0.2;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -76,7 +82,8 @@ impl Cells {
 struct Slice {
     held: Vec<(usize, f64)>,
     moving: Vec<usize>,
-    inverse: TaskInverse,
+    /// `None` where the others, held so, can move while the tool does not.
+    inverse: Option<TaskInverse>,
 }
 
 /// The grid.
@@ -88,6 +95,11 @@ pub struct Lattice {
     angles: Vec<f64>,
     turns: Vec<Frame>,
     slices: Vec<Slice>,
+    near: Arc<[Vec<usize>]>,
+    /// The slices, each beside the one before it.
+    order: Vec<usize>,
+    /// Whether there is neither a closed form nor an elimination for some cells.
+    searched: bool,
     objective: Option<Objective>,
     limits: bool,
     branches: usize,
@@ -122,15 +134,31 @@ impl Lattice {
             .iter()
             .map(|row| {
                 let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
-                let inverse = TaskInverse::new(Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task))?;
+                let (rest, task) = (Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task));
+                let singular = !held.is_empty() && task.rank(&rest) < rest.n();
+                let inverse = if singular { None } else { Some(TaskInverse::new(rest, task)?) };
                 Ok(Slice { held, moving: moving.clone(), inverse })
             })
-            .collect::<Result<Vec<_>>>()?;
+            .collect::<Result<Vec<Slice>>>()?;
         let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
-        let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
-        let angles = angles.to_vec();
-        Ok(Self { robot, frames, axis, angles, turns, slices, objective, limits, branches })
+        let inverses = || slices.iter().filter_map(|slice| slice.inverse.as_ref());
+        let branches = if inverses().all(TaskInverse::has_branches) { 8 } else { MAX_SOLUTIONS };
+        let searched = inverses().any(|inverse| inverse.structure().is_none());
+        Ok(Self {
+            robot,
+            frames,
+            axis,
+            angles: angles.to_vec(),
+            turns,
+            slices,
+            near: spare.neighbours().into(),
+            order: spare.order(),
+            searched,
+            objective,
+            limits,
+            branches,
+        })
     }
 
     /// The robot.
@@ -156,6 +184,11 @@ impl Lattice {
     /// Values of the spare joints.
     pub fn slices(&self) -> usize {
         self.slices.len()
+    }
+
+    /// Of each value of the spare joints, those from which it may be reached.
+    pub(super) fn near(&self) -> &Arc<[Vec<usize>]> {
+        &self.near
     }
 
     /// Joints that are held on the grid.
@@ -259,7 +292,7 @@ impl Lattice {
     /// Postures and values of the open cells of point `i` at a spin of its own, on a branch, with nothing to spare.
     pub(super) fn spun(&self, i: usize, spin: f64, branch: usize) -> Option<(Vec<f64>, f64)> {
         let slice = &self.slices[0];
-        let found = slice.inverse.solve(&self.frames[i].compose(&Frame::rotation(self.axis, spin)));
+        let found = slice.inverse.as_ref()?.solve(&self.frames[i].compose(&Frame::rotation(self.axis, spin)));
         let k = (0..found.count).find(|&k| usize::from(found.branch[k]) == branch && !found.singular[k])?;
         let mut row = vec![0.0; self.robot.n()];
         slice.expand(&found, k, &mut row);
@@ -280,9 +313,13 @@ impl Lattice {
         cause.fill(Cause::Unreachable as u8);
         value.fill(f64::NAN);
         let mut feasible = Vec::with_capacity(value.len());
+        let continued = self.searched.then(|| self.continued(i));
         for (s, slice) in self.slices.iter().enumerate() {
             for (j, turn) in self.turns.iter().enumerate() {
-                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                let found = match &continued {
+                    Some(all) => all[s * a + j],
+                    None => slice.solve(&self.frames[i].compose(turn)),
+                };
                 let start = (s * a + j) * b;
                 for k in 0..found.count {
                     let slot = if self.has_branches() { usize::from(found.branch[k]) } else { k };
@@ -304,6 +341,34 @@ impl Lattice {
             self.sort_branches(q, cause, &mut feasible);
         }
         self.evaluate(q, &feasible, value, cause);
+    }
+
+    /// The solutions of all cells of a point, by Newton: from random postures in some cells, from there to the cells beside them, forth and back.
+    fn continued(&self, i: usize) -> Vec<Solutions> {
+        let (a, frame) = (self.turns.len(), &self.frames[i]);
+        let (cells, moving) = (self.slices.len() * a, self.slices[0].moving.len());
+        let seeds = cells.div_ceil(SEEDS) | 1;
+        let solve = |cell: usize, starts: &[f64], random: usize| {
+            let inverse = self.slices[cell / a].inverse.as_ref();
+            inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
+        };
+        let random = |cell: usize| if cell.is_multiple_of(seeds) { RANDOM } else { 0 };
+        let mut all: Vec<Solutions> = (0..cells).map(|cell| solve(cell, &[], random(cell))).collect();
+        let order = self.order.iter().enumerate();
+        let order: Vec<usize> =
+            order.flat_map(|(k, slice)| (0..a).map(move |j| slice * a + if k % 2 == 0 { j } else { a - 1 - j })).collect();
+        let mut pass = |from: usize, to: usize| {
+            let (own, other) = (all[to], all[from]);
+            let known = |q: &[f64; 6]| (0..own.count).any(|k| distance(&own.q[k][..moving], &q[..moving]) < BESIDE);
+            let new = other.q[..other.count].iter().filter(|q| !known(q));
+            let starts: Vec<f64> = own.q[..own.count].iter().chain(new).flat_map(|q| &q[..moving]).copied().collect();
+            if starts.len() > own.count * moving {
+                all[to] = solve(to, &starts, 0);
+            }
+        };
+        order.windows(2).for_each(|pair| pass(pair[0], pair[1]));
+        order.windows(2).rev().for_each(|pair| pass(pair[1], pair[0]));
+        all
     }
 
     /// The objective at the cells that hold a posture.
@@ -376,7 +441,7 @@ impl Lattice {
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
             for turn in &self.turns {
-                let found = slice.inverse.solve(&self.frames[i].compose(turn));
+                let found = slice.solve(&self.frames[i].compose(turn));
                 for k in 0..found.count {
                     let row = &mut row[..self.robot.n()];
                     slice.expand(&found, k, row);
@@ -397,6 +462,10 @@ impl Lattice {
 }
 
 impl Slice {
+    fn solve(&self, target: &Frame) -> Solutions {
+        self.inverse.as_ref().map_or(Solutions::NONE, |inverse| inverse.solve(target))
+    }
+
     /// Solution `k` with the joints that are held.
     #[inline(always)]
     fn expand(&self, found: &Solutions, k: usize, row: &mut [f64]) {

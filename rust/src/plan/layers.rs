@@ -25,12 +25,6 @@ const CHUNK: usize = 2_000_000;
 const BRANCH_STEP: f64 = 0.5;
 /// The same where branches have no names, so that motion alone tells which follows which.
 const NAMELESS_STEP: f64 = 1.5;
-/// Points of a search at most: what is between them is known well enough.
-const MOST_LAYERS: usize = 1000;
-/// Cells of the spin by which every joint has to be able to move from layer to layer.
-const REACH: f64 = 2.0;
-/// Which part of its range a spare joint may pass from layer to layer.
-const SPARE_SHARE: usize = 8;
 /// Points whose least values are found between two signs of life.
 const BOUNDED: usize = 64;
 /// Part of the turns of all joints that the tool may spin by from a point to the next, for the bound.
@@ -51,8 +45,6 @@ pub(super) struct Segment {
     pub blocked: Option<Blockage>,
     /// Which of the ways through these points it is.
     pub way: usize,
-    /// What it costs on the grid.
-    pub cost: f64,
 }
 
 impl Segment {
@@ -93,7 +85,7 @@ impl<'a> Layers<'a> {
     pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &'a SpareGrid, finer: usize) -> Result<Self, Error> {
         let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
-        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
+        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, &spare.finer(finer), objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
         let (around, ceiling) = (settings.spin_range.is_none(), f64::INFINITY);
@@ -107,13 +99,6 @@ impl<'a> Layers<'a> {
     /// None yet over a grid `finer` times as fine, in which only what is better than `ceiling` counts.
     pub fn finer(&self, finer: usize, ceiling: f64) -> Result<Self, Error> {
         Ok(Self { ceiling, ..Self::new(self.problem, self.settings, self.spare, finer)? })
-    }
-
-    /// The points that are known, in order.
-    pub fn points(&self) -> Vec<usize> {
-        let mut points = self.order.clone();
-        points.sort_unstable();
-        points
     }
 
     /// Computes the cells of points, unless they are known.
@@ -163,6 +148,11 @@ impl<'a> Layers<'a> {
         !self.is_open(point) && self.cells.get(&point).is_some_and(|cells| cells.cause.contains(&(Cause::Singular as u8)))
     }
 
+    /// The postures of a point that is known, n joints a row.
+    pub fn postures(&self, point: usize) -> &[f64] {
+        self.cells.get(&point).map_or(&[], |cells| &cells.q)
+    }
+
     /// Why a point that is known has no posture: of its cells, the one that came nearest to having one counts.
     pub fn worst_cause(&self, point: usize) -> Option<Cause> {
         let worst = self.cells.get(&point)?.cause.iter().max()?;
@@ -194,14 +184,13 @@ impl<'a> Layers<'a> {
             criterion: problem.criterion,
             smoothness: problem.weight_of_motion(values),
             window: ((settings.max_spin_step / self.spin_step).round_ties_even() as usize).max(1),
-            slice_window: self.slice_window(),
             around: settings.spin_range.is_none(),
             branch_step: match (lattice.has_branches(), settings.branch_changes) {
                 (false, _) => NAMELESS_STEP,
-                // Branches meet where a joint that is held turns back.
-                (true, _) if settings.branch_changes || lattice.held() > 0 => BRANCH_STEP,
-
-                (true, _) => 0.0,
+                (true, true) => BRANCH_STEP,
+                // Where branches of the others meet, the robot itself is not singular: joints that are held can move there.
+                (true, false) if lattice.held() > 0 => BRANCH_STEP,
+                (true, false) => 0.0,
             },
             slack: 0.0,
         };
@@ -245,6 +234,7 @@ impl<'a> Layers<'a> {
         let mut graph = Graph {
             n,
             slices: lattice.slices(),
+            near: lattice.near().clone(),
             angles: lattice.angles(),
             branches: lattice.branches(),
             named: lattice.has_branches(),
@@ -285,21 +275,6 @@ impl<'a> Layers<'a> {
         }
         graph.close_beyond(limits);
         graph
-    }
-
-    /// How many values a spare joint may pass from layer to layer. Several joints are one after another in the grid, so neighbours lie far apart
-    /// in it: all are looked at.
-    fn slice_window(&self) -> usize {
-        let slices = self.lattice.slices();
-        if self.lattice.held() == 1 { (slices / SPARE_SHARE).max(1) } else { slices }
-    }
-
-    /// At how many points a search is worth while: joints have to be able to follow a change of the spin.
-    pub fn most_layers(&self) -> usize {
-        let least = |bounds: &[f64]| bounds.iter().fold(f64::INFINITY, |least, bound| least.min(*bound));
-        let reach = sum(&self.problem.bounds.chunks_exact(self.problem.n()).map(least).collect::<Vec<_>>());
-        let most = self.problem.points().min(MOST_LAYERS) as f64;
-        most.min(reach / (REACH * self.spin_step)).max(2.0) as usize
     }
 
     /// The `count` known points whose best posture is worst, the worst first: no path passes below them.

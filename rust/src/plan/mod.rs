@@ -49,6 +49,7 @@ mod refine;
 mod rivals;
 mod route;
 mod settings;
+mod spare;
 mod strategy;
 mod turns;
 mod verdict;

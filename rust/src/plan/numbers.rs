@@ -70,6 +70,14 @@ pub fn mean_size(values: impl Iterator<Item = f64>) -> f64 {
     if sizes.is_empty() { 0.0 } else { sum(&sizes) / sizes.len() as f64 }
 }
 
+/// The places of numbers in the order of their size, the least first; of equal ones the earlier.
+#[inline(never)] // a sort is kilobytes of machine code
+pub fn ascending(x: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
+    order
+}
+
 /// A number as Python shows it: 1.0, nan, inf.
 pub fn shown(x: f64) -> String {
     format!("{x:?}").to_lowercase()

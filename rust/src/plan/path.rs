@@ -4,7 +4,7 @@ use super::numbers::{linspace, shown, sum};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add, dot, norm, scale, sub, unit};
-use crate::task::{Target, Task};
+use crate::task::{Projector, Reference, Target, Task};
 
 /// Length of path that a turn of the axis by one radian counts for [m], where there are no times.
 const TURN_LENGTH: f64 = 0.1;
@@ -116,13 +116,16 @@ impl Path {
     pub fn targets(&self, task: &Task) -> Result<Vec<Target>> {
         let frame = Frame::IDENTITY.axes;
         let positions = self.position.iter().copied();
-        if task.spin_axis().is_some() {
-            let axis = |axis: &Vec3| unit(*axis).unwrap_or(*axis);
-            return Ok(positions.zip(&self.axis).map(|(position, a)| Target { position, axis: Some(axis(a)), frame }).collect());
-        }
-        match &self.rotation {
-            Some(rotation) => Ok(positions.zip(rotation).map(|(position, frame)| Target { position, axis: None, frame: *frame }).collect()),
-            None => Err(no_rotations()),
+        match (Orientation::of(task), &self.rotation) {
+            (Orientation::Free, _) => Ok(positions.map(|position| Target { position, axis: None, frame }).collect()),
+            (Orientation::Whole, None) => Err(no_rotations()),
+            (_, Some(rotation)) if task.spin_axis().is_none() => {
+                Ok(positions.zip(rotation).map(|(position, frame)| Target { position, axis: None, frame: *frame }).collect())
+            }
+            _ => {
+                let axis = |axis: &Vec3| unit(*axis).unwrap_or(*axis);
+                Ok(positions.zip(&self.axis).map(|(position, a)| Target { position, axis: Some(axis(a)), frame }).collect())
+            }
         }
     }
 
@@ -152,9 +155,31 @@ impl Path {
     }
 }
 
+/// What of the orientation of a path a task looks at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Orientation {
+    /// Nothing.
+    Free,
+    /// The direction of an axis of the tool.
+    Axis(Vec3),
+    /// More than that.
+    Whole,
+}
+
+impl Orientation {
+    /// That of a task.
+    pub fn of(task: &Task) -> Self {
+        match (task.angular, task.reference) {
+            (Projector::None, _) => Self::Free,
+            (Projector::Plane(axis), Reference::Tool) => Self::Axis(axis),
+            _ => Self::Whole,
+        }
+    }
+}
+
 /// What a path without rotations is told by a task that needs them.
 pub(super) fn no_rotations() -> Error {
-    Error::value("path", "one that has no rotations", "some for a task that fixes the whole orientation")
+    Error::value("path", "one that has no rotations", "some for a task that looks at more of the orientation than an axis of the tool")
 }
 
 /// The share of the path that each point stands for (trapezoidal rule), one number more than `steps`. In a closed path the last point, which

@@ -29,12 +29,12 @@ pub struct Planner {
     problem: PathProblem,
     path: Path,
     settings: PlanSettings,
-    spare: SpareGrid,
+    choices: Vec<SpareGrid>,
     warm_start: Option<WarmStart>,
 }
 
 impl Planner {
-    /// For an axisymmetric or a full task and any robot whose joints it takes, or that has some to spare.
+    /// For any task, and any robot whose joints it takes, or that has some to spare.
     ///
     /// # Errors
     /// [`Error::Value`] if a setting is out of its domain, an objective is missing, or the task, the robot or the path is none that can be
@@ -46,9 +46,9 @@ impl Planner {
         }
         settings.check()?;
         let problem = PathProblem::new(robot.clone(), &path, task, objective, &settings)?;
-        let spare = SpareGrid::new(&robot, &task, settings.spare.as_deref(), settings.n_spare)?;
-        angle_grid(spare.spins, settings.n_angles, settings.spin_range)?;
-        Ok(Self { problem, path, settings, spare, warm_start: None })
+        let choices = SpareGrid::choices(&robot, &task, &settings)?;
+        angle_grid(choices[0].spins, settings.n_angles, settings.spin_range)?;
+        Ok(Self { problem, path, settings, choices, warm_start: None })
     }
 
     /// Starts from an earlier plan of a similar path: it is refined at once, with a search only if that fails.
@@ -83,15 +83,37 @@ impl Planner {
         Ok(if stepping.failure.is_none() { stepping.judged_by_steps(problem) } else { plan })
     }
 
+    /// The first plan that is whole, holding one choice of joints after the other; else the one that reaches most.
     fn planned(&self, problem: &PathProblem, settings: &PlanSettings, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
-        let mut known = Layers::new(problem, settings, &self.spare, 1)?;
+        let mut best: Option<Plan> = None;
+        for spare in &self.choices {
+            let plan = self.planned_over(spare, problem, settings, hooks)?;
+            if plan.failure.is_none() {
+                return Ok(plan);
+            }
+            let further = best.as_ref().is_none_or(|best| plan.reached() > best.reached());
+            if further {
+                best = Some(plan);
+            }
+        }
+        best.ok_or(PlanError::Cancelled)
+    }
+
+    fn planned_over(
+        &self,
+        spare: &SpareGrid,
+        problem: &PathProblem,
+        settings: &PlanSettings,
+        hooks: &mut Hooks,
+    ) -> std::result::Result<Plan, PlanError> {
+        let mut known = Layers::new(problem, settings, spare, 1)?;
         let mut parts = match &self.warm_start {
             Some(earlier) => earlier.refined(problem, &self.path, settings.max_iterations, hooks)?,
             None => Vec::new(),
         };
         let mut ways = Vec::new();
         if parts.is_empty() {
-            for search in 0..settings.searches(!self.spare.joints.is_empty()) {
+            for search in 0..settings.searches(!spare.joints.is_empty()) {
                 if search > 0 {
                     known = known.finer(1 << search, worst(&parts))?;
                 }

@@ -9,7 +9,7 @@ use crate::kinematics::sized::{Jacobian, jacobian};
 use crate::linalg::orthogonal::Orthogonal;
 use crate::linalg::vector::{Vec3, dot};
 use crate::linalg::{Rows6, size};
-use crate::resolve::sqp::reduce::Curvature;
+use crate::resolve::sqp::reduce::{Curvature, Turning};
 use crate::task::Constraint;
 
 /// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
@@ -28,6 +28,8 @@ pub struct Point<'r, const C: usize> {
     jacobian: Jacobian<'r, C>,
     constraint: Constraint,
     spin_axis: Vec3,
+    /// Where the task's directions turn along the free motion, whose they are: the problem and the number of the point.
+    turning: Option<(&'r PathProblem, usize)>,
 }
 
 impl PathProblem {
@@ -63,16 +65,18 @@ impl PathProblem {
     /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
     pub(super) fn points_at<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<'_, C>>> {
         if q.len() < PARALLEL {
-            q.iter().map(|q| self.point(q)).collect()
+            q.iter().enumerate().map(|(i, q)| self.point(i, q)).collect()
         } else {
-            q.par_iter().with_min_len(CHUNK).map(|q| self.point(q)).collect()
+            q.par_iter().enumerate().with_min_len(CHUNK).map(|(i, q)| self.point(i, q)).collect()
         }
     }
 
-    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<'_, C>> {
+    fn point<const C: usize>(&self, i: usize, q: &[f64; C]) -> Option<Point<'_, C>> {
         let n = size::<C>(self.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
-        let constraint = Constraint::of(&self.task.directions(&tool, self.length));
+        // The directions that are left for a tool that turns about one alone do not turn with it.
+        let turning = (self.task == self.asked && self.task.turns_with_free_motion()).then_some((self, i));
+        let constraint = self.task.constraint(&tool, &self.targets[i], self.length);
         let factors = Orthogonal::new(&constraint.jacobian(&columns), n, self.task.dimension());
         if factors.spread() < SINGULAR {
             return None;
@@ -90,6 +94,7 @@ impl PathProblem {
             jacobian: columns,
             constraint,
             spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
+            turning,
         })
     }
 }
@@ -101,7 +106,16 @@ impl<const C: usize> Point<'_, C> {
     }
 
     /// The reduced Hessian `Z' (H - sum lambda d2h) Z` for the whole problem's gradient and Hessian at this point.
+    #[inline(never)]
     pub fn reduce(&self, gradient: &[f64; C], hessian: &[[f64; C]; C], r: usize) -> [[f64; C]; C] {
-        Curvature::new(&self.jacobian, &self.constraint, None, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
+        let turning = self.turning.map(|(problem, i)| Turning {
+            robot: &problem.robot,
+            task: &problem.task,
+            target: &problem.targets[i],
+            length: problem.length,
+            q: &self.q[..problem.n()],
+            held: 0,
+        });
+        Curvature::new(&self.jacobian, &self.constraint, turning, &self.pseudo_inverse, gradient).reduced_hessian(hessian, &self.basis, r).0
     }
 }

@@ -1,25 +1,24 @@
 //! A path of postures as one optimisation problem: what is minimised, what has to hold, and how far postures are from it.
 
-use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::frames::{spin, spin_frames, tools};
+use super::frames::{spin, spin_frames, tools, turned_about};
 use super::graph::Criterion;
 use super::numbers::{mean_size, sum};
-use super::path::{Path, point_weights};
+use super::path::{Orientation, Path, point_weights};
 use super::settings::{Aim, PlanSettings};
 use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, dot, norm, sub};
+use crate::linalg::vector::{Vec3, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{Joint, Robot, nearest_turn};
-use crate::task::{Target, Task};
+use crate::task::{Projector, Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
 pub const ON_PATH: f64 = 1e-9;
@@ -91,12 +90,16 @@ impl PathProblem {
     /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
     pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
         let motion_alone = settings.criterion == Aim::Motion;
-        let frames = spin_frames(path, &task, settings.closed)?;
+        let mut frames = spin_frames(path, &task, settings.closed)?;
         let steps = path.shares();
         let (asked, task) = (task, task.suited(&robot));
         if task.rank(&robot) < task.dimension() {
-            let given = format!("{} of {} components for {} joints", asked.kind(), asked.dimension(), robot.n());
+            let (n, able) = (robot.n(), asked.rank(&robot));
+            let given = format!("{} of {} components for {n} joints, which can do {able} of them", asked.kind(), asked.dimension());
             return Err(Error::value("task", given, "one that asks for no more than the robot can do"));
+        }
+        if let (Orientation::Axis(axis), Projector::Line(about), true) = (Orientation::of(&asked), task.angular, task != asked) {
+            frames = turned_about(about, &tools(&robot, &robot.middle())[0], axis, &frames);
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
@@ -313,12 +316,8 @@ impl PathProblem {
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
-            let apart: [Vec3; 3] = std::array::from_fn(|i| sub(tool.axes[i], frame.axes[i]));
-            let chord = match self.asked.spin_axis() {
-                Some(axis) => norm(Frame { axes: apart, origin: [0.0; 3] }.rotate(axis)),
-                None => apart.iter().map(|a| dot(*a, *a)).sum::<f64>().sqrt() / SQRT_2,
-            };
-            (norm(sub(tool.origin, frame.origin)), 2.0 * (0.5 * chord).min(1.0).asin())
+            let (w, v) = self.asked.error(tool, &Target { position: frame.origin, axis: None, frame: frame.axes });
+            (norm(v), norm(w))
         };
         tools(&self.robot, q).iter().zip(&self.frames[..]).map(error).unzip()
     }

@@ -60,8 +60,8 @@ pub struct PlanSettings {
     pub max_step: Option<f64>,
     /// Joints on the grid; chosen if not given.
     pub spare: Option<Vec<usize>>,
-    /// Values of each of them.
-    pub n_spare: usize,
+    /// Values of each of them; chosen if not given.
+    pub n_spare: Option<usize>,
     /// Branches that may be used; all if not given.
     pub branches: Option<Vec<usize>>,
     /// Whether the branch may change through a singularity.
@@ -88,7 +88,7 @@ impl Default for PlanSettings {
             max_spin_step: PI / 3.0,
             max_step: None,
             spare: None,
-            n_spare: 24,
+            n_spare: None,
             branches: None,
             branch_changes: false,
             closed: false,
@@ -110,7 +110,7 @@ impl PlanSettings {
             ("effort", self.effort),
             ("max_iterations", Some(self.max_iterations)),
             ("n_angles", Some(self.n_angles)),
-            ("n_spare", Some(self.n_spare)),
+            ("n_spare", self.n_spare),
         ];
         if let Some((name, _)) = counts.iter().find(|(_, count)| *count == Some(0)) {
             return Err(Error::value(name, 0, "at least 1"));

@@ -77,8 +77,8 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     if found.len() != 1 {
         out.ways.clear();
     }
-    if known.has_spare() && problem.objective.is_some() {
-        out.parts = or_followed(problem, out.parts, most, hooks)?;
+    if known.has_spare() {
+        out.parts = or_followed(problem, known, out.parts, most, hooks)?;
     }
     Ok(out)
 }
@@ -174,7 +174,7 @@ fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) 
 }
 
 fn segment(points: &[usize], route: FoundRoute, way: usize) -> Segment {
-    Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage, way, cost: route.cost }
+    Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage, way }
 }
 
 /// Points whose cells should be known: where routes end early and where interpolation loses the path.

@@ -54,6 +54,11 @@ impl Plan {
         self.value.iter().filter(|value| !value.is_nan()).fold(f64::NEG_INFINITY, |worst, value| worst.max(*value))
     }
 
+    /// Number of points that are reached.
+    pub(super) fn reached(&self) -> usize {
+        self.status.iter().filter(|status| **status != SolveStatus::Unreachable).count()
+    }
+
     /// Whether points that have postures cannot be joined: by a step, by speed, for want of a branch that leads on.
     pub(super) fn is_blocked(&self) -> bool {
         use FailureCause::{NoWay, NotClosed, Singular, SpeedLimit, StepLimit};

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use redundancy::error::{Error, check_finite};
 use redundancy::linalg::vector::Vec3;
-use redundancy::plan::{self, SpareGrid};
+use redundancy::plan::{self, PlanSettings, SpareGrid};
 
 use crate::array::{read_any, read_vector, vector};
 use crate::errors::PyResult;
@@ -55,9 +55,10 @@ pub fn spare_grid<'py>(
     robot: &PyRobot,
     task: &PyTask,
     spare: Option<Vec<usize>>,
-    n_spare: usize,
+    n_spare: Option<usize>,
 ) -> PyResult<(Vec<usize>, Bound<'py, PyArray2<f64>>, bool)> {
-    let SpareGrid { joints, values, spins } = SpareGrid::new(&robot.robot, &task.task, spare.as_deref(), n_spare)?;
+    let settings = PlanSettings { spare, n_spare, ..PlanSettings::default() };
+    let SpareGrid { joints, values, spins, .. } = SpareGrid::new(&robot.robot, &task.task, &settings)?;
     let array = PyArray1::from_vec(py, values.concat()).reshape([values.len(), joints.len()])?;
     Ok((joints, array, spins))
 }

@@ -78,8 +78,7 @@ impl PyLattice {
         let rows: Vec<Vec<f64>> =
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
-        let spare = ok(SpareGrid::new(&robot.robot, &task.task, Some(&spare), 1))?;
-        let spare = SpareGrid { values: rows, ..spare };
+        let spare = ok(SpareGrid::at(&robot.robot, &task.task, &spare, rows))?;
         let lattice = Lattice::new(robot.robot.clone(), frames.into(), &task.task, &angles, &spare, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }

@@ -68,7 +68,7 @@ impl PyPlanSettings {
             max_spin_step: max_spin_step.unwrap_or(default.max_spin_step),
             max_step,
             spare: numbers("spare", spare)?,
-            n_spare: count("n_spare", n_spare, default.n_spare)?,
+            n_spare: n_spare.map(|values| count("n_spare", Some(values), 1)).transpose()?,
             branches: numbers("branches", branches)?,
             branch_changes: branch_changes.unwrap_or(default.branch_changes),
             closed: closed.unwrap_or(default.closed),
@@ -141,7 +141,7 @@ impl PyPlanSettings {
 
     /// Values of each of them.
     #[getter]
-    fn n_spare(&self) -> usize {
+    fn n_spare(&self) -> Option<usize> {
         self.settings.n_spare
     }
 

@@ -44,7 +44,8 @@ impl Chain {
         let mut chain = Self { joints: robot.joints().to_vec(), roles: own, links: robot.links().to_vec(), end: *robot.end() };
         let turns_everywhere =
             matches!(task.angular, Projector::All | Projector::None) && matches!(task.linear, Projector::All | Projector::None);
-        if task.reference != Reference::Tool && !turns_everywhere {
+        // Joints that follow others are in no chain.
+        if (task.reference != Reference::Tool && !turns_everywhere) || robot.coupling().is_some() {
             return None;
         }
         for axis in free_axes(task.linear) {

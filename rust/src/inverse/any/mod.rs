@@ -19,7 +19,7 @@ use super::{Inverse, Solutions, Structure};
 use crate::error::{Error, Result};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::norm;
-use crate::robot::{Joint, Robot};
+use crate::robot::{Joint, RandomPostures, Robot};
 use crate::task::Task;
 use chain::Chain;
 use padding::padded;
@@ -29,6 +29,9 @@ use verified::Verified;
 
 /// Newton steps that polish a candidate.
 const POLISH: usize = 8;
+/// Newton steps from a posture that is near, and from one that may be anywhere.
+const NEAR: usize = 30;
+const FAR: usize = 60;
 
 /// Inverse kinematics of a robot for a task that leaves none of its joints to spare: all solutions.
 #[derive(Debug, Clone)]
@@ -84,6 +87,26 @@ impl TaskInverse {
     /// Whether [`Solutions::branch`] names the same branch for every target.
     pub fn has_branches(&self) -> bool {
         matches!(&self.way, Way::Plain(inverse) if inverse.has_branches())
+    }
+
+    /// Postures by Newton from given ones, n joints a row and at most 6, and from `random` ones, which are the same every time: what there is to do where
+    /// there is no closed form and [`TaskInverse::solve`] would take long, as where the postures of a frame next to `target` are known.
+    #[inline(never)]
+    pub fn near(&self, target: &Frame, starts: &[f64], random: usize) -> Solutions {
+        let n = self.robot.n();
+        let mut found = Verified::new(&self.robot, &self.task, self.size);
+        for start in starts.chunks_exact(n) {
+            let mut q = [0.0; 6];
+            q[..n].copy_from_slice(start);
+            found.add(&q, target, NEAR, false);
+        }
+        let mut postures = RandomPostures::new(7);
+        for _ in 0..random {
+            let mut q = [0.0; 6];
+            postures.fill(&self.robot, &mut q[..n]);
+            found.add(&q, target, FAR, false);
+        }
+        found.solutions(false)
     }
 
     /// Every posture in which the tool is at `target` as far as the task looks at it, n joints and then zeros; as [`Inverse::solve`] for the rest.
