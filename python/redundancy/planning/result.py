@@ -1,10 +1,12 @@
 """What a plan is, and why it may not be whole."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._core import Objective, PlanFailure
+from .._util import F64
 from ..paths import Trajectory
 from .numbers import core_path
 
@@ -35,6 +37,9 @@ class Plan(Trajectory):
         Why the plan is not whole; the points that are reached are the best that there are.
     refined : bool
         Whether the continuous optimum was reached; else the best route of the grid is what is returned.
+    notes : tuple of str
+        What else is worth saying, in words: that the way passes through a singularity, and where; that the value does
+        not depend on the spin of the tool.
     """
 
     objective: Objective | None = None
@@ -46,18 +51,71 @@ class Plan(Trajectory):
     residual: float = float("nan")
     failure: PlanFailure | None = None
     refined: bool = False
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]
-        if self.objective is not None and np.isfinite(self.value).any():
+        if self.objective is not None and not np.isnan(self.value).all():
             words.append(f"worst value {np.nanmax(self.value):.6g}")
+        if len(self) > 1:
+            words.append(f"largest step {self.largest_step_told}")
         if self.failure is not None:
             words.append(self.failure.told(self.robot))
+        words.extend(self.notes)
         return f"Plan({', '.join(words)})"
 
     @property
+    def steps(self) -> F64:
+        """Motions of the joints from each point to the next [rad or m], shape (N - 1, n); 0 where one is not reached."""
+        reached = np.array([status != "unreachable" for status in self.status])
+        steps: F64 = np.where((reached[1:] & reached[:-1])[:, None], np.diff(self.q, axis=0), 0.0)
+        return steps
+
+    @property
+    def largest_step(self) -> float:
+        """Largest motion of a joint from a point that is reached to the next [rad or m]: what ``max_step`` bounds."""
+        return float(np.abs(self.steps).max(initial=0.0))
+
+    @property
+    def largest_step_at(self) -> int:
+        """The point from which it goes, counted from 0."""
+        return self._largest(range(self.robot.n))[0]
+
+    @property
+    def largest_step_joint(self) -> int:
+        """The joint whose motion it is, counted from 0."""
+        return self._largest(range(self.robot.n))[1]
+
+    @property
+    def largest_step_told(self) -> str:
+        """The largest step in words, "14.2 deg of joint 4, from point 50"; for turning and for sliding joints."""
+        kinds = [[i for i, joint in enumerate(self.robot.joints) if joint == kind] for kind in "RP"]
+        told = []
+        for unit, factor, joints in zip(("deg", "mm"), (180.0 / np.pi, 1000.0), kinds, strict=True):
+            if joints:
+                point, joint = self._largest(joints)
+                step = factor * abs(self.steps[point, joint]) if len(self) > 1 else 0.0
+                told.append(f"{step:.3g} {unit} of {self.robot.joint_label(joint)}, from point {point}")
+        return "; ".join(told)
+
+    def _largest(self, joints: Sequence[int]) -> tuple[int, int]:
+        """Return point and joint of the largest step of some joints."""
+        if len(self) < 2:
+            return 0, joints[0]
+        steps = np.abs(self.steps[:, joints])
+        point, at = np.unravel_index(int(steps.argmax()), steps.shape)
+        return int(point), joints[int(at)]
+
+    @property
     def gap(self) -> float:
-        """How far the plan can be from the best there is: worst (or mean) value less the bound."""
+        """How far the plan can be from the best there is: worst (or mean) value less the bound.
+
+        Infinite where the value is and the bound is not; 0 where both are, as no path is better.
+        """
         if self.criterion == "minimax":
-            return float(np.nanmax(self.value, initial=-np.inf) - self.bound)
-        return float(core_path(self.path).weights @ self.value - self.bound)
+            value = float(np.nanmax(self.value, initial=-np.inf))
+        elif np.isposinf(self.value).any():
+            value = np.inf
+        else:
+            value = float(core_path(self.path).weights @ self.value)
+        return 0.0 if value == self.bound == np.inf else value - self.bound

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use super::diagnosis::explained;
 use super::grid::{SpareGrid, angle_grid};
-use super::hooks::{Hooks, PlanError};
+use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::Layers;
+use super::notes::notes;
 use super::part::{Part, WarmStart, better_parts};
 use super::path::Path;
 use super::problem::PathProblem;
@@ -62,6 +64,14 @@ impl Planner {
     /// [`PlanError`] if the caller's predicate fails or the caller ends the work. A path that cannot be followed is no error: the plan's
     /// `failure` tells why.
     pub fn plan(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
+        let mut plan = self.best(hooks)?;
+        plan.failure = explained(&self.problem, &self.settings, &self.spare, &plan, hooks)?;
+        plan.notes = notes(&self.problem, &self.spare, &plan)?;
+        hooks.finish();
+        Ok(plan)
+    }
+
+    fn best(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
         if let Some(max_step) = self.settings.max_step {
             return self.planned(&self.problem.with_step(max_step), hooks);
         }
@@ -83,6 +93,7 @@ impl Planner {
         };
         let searches = if parts.is_empty() { settings.searches(!self.spare.joints.is_empty()) } else { 0 };
         for search in 0..searches {
+            hooks.begin(search, searches);
             let mut layers = settings.layers;
             if search > 0 {
                 known = Layers::new(problem, settings, &self.spare, finer(search))?;
@@ -90,6 +101,7 @@ impl Planner {
             }
             let found: Vec<Part> = searched_parts(problem, &mut known, layers, settings.max_iterations, hooks)?;
             parts = better_parts(problem.criterion, parts, found);
+            hooks.enter(Phase::Prove);
             if is_proven(problem, &mut known, &parts, hooks)? {
                 break;
             }

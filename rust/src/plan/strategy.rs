@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::greedy::or_followed;
-use super::hooks::{Hooks, PlanError};
+use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::{Layers, Segment};
 use super::numbers::linspace;
 use super::part::{Part, best_part, refined_part, tried_part};
@@ -56,6 +56,7 @@ pub(super) fn searched_parts(
         }
         wanted.extend(more);
     }
+    hooks.enter(Phase::Refine);
     let parts = found.iter().map(|rivals| best_of(problem, known, rivals, most, hooks)).collect::<Result<Vec<_>, _>>()?;
     if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks) } else { Ok(parts) }
 }
@@ -183,7 +184,7 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         part.failure = Some(if slow {
-            PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint) }
+            PlanFailure::new(ended + 1, if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit }, Some(joint))
         } else {
             PlanFailure::at(ended + 1, FailureCause::NoWay)
         });
