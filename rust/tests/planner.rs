@@ -4,7 +4,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use redundancy::index::{Index, Kind, Objective, Rows};
-use redundancy::plan::{Aim, FailedJoint, FailureCause, Hooks, Path, Plan, PlanError, PlanFailure, PlanSettings, Planner, Progress, point_weights};
+use redundancy::plan::{
+    Aim, FailedJoint, FailureCause, Hooks, Path, Plan, PlanError, PlanFailure, PlanSettings, Planner, Progress, point_weights,
+};
 use redundancy::resolve::SolveStatus;
 use redundancy::task::Task;
 
@@ -52,7 +54,8 @@ fn hooks_are_asked_and_told() {
         assert!(share > 0.0);
         told += share;
     };
-    let plan = planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(Progress::new(&mut progress)), cancelled: None }).unwrap();
+    let plan =
+        planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(Progress::new(&mut progress)), cancelled: None }).unwrap();
     assert!(plan.failure.is_some() || plan.q.chunks_exact(6).all(|q| q[4] < ceiling));
     assert!((told - 1.0).abs() < 1e-12);
 }
@@ -80,9 +83,8 @@ fn a_plan_ends_when_it_is_told_to() {
 
 #[test]
 fn a_failure_is_told_in_the_units_that_people_read() {
-    let text = |cause, excess, slides| {
-        PlanFailure::new(7, cause, Some(FailedJoint { number: 2, slides, excess, combination: None })).to_string()
-    };
+    let text =
+        |cause, excess, slides| PlanFailure::new(7, cause, Some(FailedJoint { number: 2, slides, excess, combination: None })).to_string();
     let limit = FailureCause::JointLimit;
     assert_eq!(text(limit, 0.0123, false), "point 7: joint limit of joint 3, which would have to go about 0.705 deg beyond it");
     assert_eq!(text(limit, 0.0123, true), "point 7: joint limit of joint 3, which would have to go about 12.3 mm beyond it");

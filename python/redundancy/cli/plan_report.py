@@ -69,8 +69,6 @@ def plan_table(planned: Plan, objective: str, seconds: float) -> Table:
     table.add_row(labels[0], rows.pop(labels[0]))
     for label, text in (_values(planned, objective) | rows).items():
         table.add_row(label, text)
-    if len(planned) > 1:
-        table.add_row("largest step", planned.largest_step_told.replace("; ", "\n"))
     table.add_row("planned in", f"{1000.0 * seconds:.1f} ms")
     if planned.notes:
         table.caption, table.caption_justify = "\n".join(planned.notes), "left"

@@ -35,14 +35,15 @@ pub(super) fn explained(
     if !asked.is_open()? {
         return Ok(Some(missing_point(problem, failure)));
     }
-    let ends_a_way = matches!(failure.cause, FailureCause::NoWay | FailureCause::StepLimit | FailureCause::SpeedLimit | FailureCause::NotClosed);
+    let ends_a_way =
+        matches!(failure.cause, FailureCause::NoWay | FailureCause::StepLimit | FailureCause::SpeedLimit | FailureCause::NotClosed);
     if ends_a_way
         && !asked.leads_on(problem, settings)?
         && let Some(found) = asked.without_one()?
     {
         return Ok(Some(found));
     }
-    Ok(Some(with_advice(problem, plan, failure)))
+    Ok(Some(with_advice(problem, plan, &by_its_bound(problem, settings, failure))))
 }
 
 /// A way along some of the path that is looked for.
@@ -72,7 +73,8 @@ impl Asked<'_, '_, '_> {
     /// The best way over the grid, whatever the steps, as far as it leads.
     fn way(&mut self, problem: &PathProblem, settings: &PlanSettings) -> Result<Way, PlanError> {
         let last = problem.points() - 1;
-        let mut points: Vec<usize> = linspace(0.0, last as f64, POINTS.min(last + 1)).iter().map(|x| x.round_ties_even() as usize).collect();
+        let mut points: Vec<usize> =
+            linspace(0.0, last as f64, POINTS.min(last + 1)).iter().map(|x| x.round_ties_even() as usize).collect();
         points.extend(self.point.saturating_sub(AROUND)..=(self.point + AROUND).min(last));
         points.sort_unstable();
         points.dedup();
@@ -96,7 +98,11 @@ impl Asked<'_, '_, '_> {
         let (problem, settings) = (self.problem, self.settings);
         let any_spin = PlanSettings { spin_range: None, ..settings.clone() };
         if settings.spin_range.is_some() && self.leads_on(&PathProblem { spin: None, ..problem.clone() }, &any_spin)? {
-            return Ok(Some(self.told(FailureCause::SpinRange, None, "no spin within it leads along the path there, without it there is a way")));
+            return Ok(Some(self.told(
+                FailureCause::SpinRange,
+                None,
+                "no spin within it leads along the path there, without it there is a way",
+            )));
         }
         if problem.limits {
             let free = PathProblem { robot: Arc::new(any_turns(&problem.robot)), ..problem.clone() };
@@ -109,15 +115,27 @@ impl Asked<'_, '_, '_> {
         }
         let steep = PlanSettings { max_spin_step: PI, ..settings.clone() };
         if settings.max_spin_step < PI && self.leads_on(problem, &steep)? {
-            return Ok(Some(self.told(FailureCause::NoWay, None, "the spin would have to change faster there: a larger max_spin_step leads on")));
+            return Ok(Some(self.told(
+                FailureCause::NoWay,
+                None,
+                "the spin would have to change faster there: a larger max_spin_step leads on",
+            )));
         }
         let changing = PlanSettings { branch_changes: true, ..settings.clone() };
         if !settings.branch_changes && self.leads_on(problem, &changing)? {
-            return Ok(Some(self.told(FailureCause::NoWay, None, "the branch of the points before ends there: branch_changes=True leads on, through a singularity")));
+            return Ok(Some(self.told(
+                FailureCause::NoWay,
+                None,
+                "the branch of the points before ends there: branch_changes=True leads on, through a singularity",
+            )));
         }
         let all = PlanSettings { branches: None, ..settings.clone() };
         if settings.branches.is_some() && self.leads_on(problem, &all)? {
-            return Ok(Some(self.told(FailureCause::NoWay, None, "no way on the branches that are allowed, without branches there is one")));
+            return Ok(Some(self.told(
+                FailureCause::NoWay,
+                None,
+                "no way on the branches that are allowed, without branches there is one",
+            )));
         }
         Ok(None)
     }
@@ -158,7 +176,8 @@ impl Asked<'_, '_, '_> {
         }
         let mut rows: Vec<Vec<f64>> = way.q.chunks_exact(problem.n()).map(<[f64]>::to_vec).collect();
         rows.iter_mut().for_each(|row| turn_inside(robot, row));
-        let beyond = rows.iter().zip(&way.points).filter(|(_, point)| **point >= self.point).filter_map(|(row, _)| farthest_beyond(robot, row));
+        let beyond =
+            rows.iter().zip(&way.points).filter(|(_, point)| **point >= self.point).filter_map(|(row, _)| farthest_beyond(robot, row));
         let worst = beyond.reduce(|a, b| if b.1 > a.1 { b } else { a }).filter(|(_, excess)| *excess > AT_LIMIT);
         let joint = worst.and_then(|(limited, excess)| limited.failed(robot, excess));
         Ok(Some(self.told(FailureCause::JointLimit, joint, "without position limits there is a way")))
@@ -179,6 +198,16 @@ fn any_turns(robot: &Robot) -> Robot {
         (limits.q_min[joint], limits.q_max[joint]) = (f64::NEG_INFINITY, f64::INFINITY);
     }
     robot.with_limits(limits).unwrap_or_else(|_| robot.clone())
+}
+
+/// A step that is too large by `max_step`, if that is less than what the speed of the joint allows.
+fn by_its_bound(problem: &PathProblem, settings: &PlanSettings, failure: &PlanFailure) -> PlanFailure {
+    let by_step = match (&failure.joint, settings.max_step) {
+        (Some(joint), Some(step)) if failure.point > 0 => step < problem.bounds[(failure.point - 1) * problem.n() + joint.number],
+        _ => false,
+    };
+    let cause = if by_step && failure.cause == FailureCause::SpeedLimit { FailureCause::StepLimit } else { failure.cause };
+    PlanFailure { cause, ..failure.clone() }
 }
 
 /// What helps where a step is too large, or nothing is known to.

@@ -99,11 +99,9 @@ fn turner(problem: &PathProblem, axis: [f64; 3]) -> Option<usize> {
     let robot = &problem.robot;
     let (tool, columns) = jacobian_at(robot, &robot.middle());
     let axis = tool.rotate(axis);
-    (0..robot.n()).find(|&i| {
+    // The last one: in the middle posture others may happen to be in line with it.
+    (0..robot.n()).rev().find(|&i| {
         let (w, v) = (columns.w[i], columns.v[i]);
-        robot.joints()[i] == Joint::Revolute
-            && norm(cross(w, axis)) <= PARALLEL
-            && dot(w, w) > 0.0
-            && norm(v) <= PARALLEL * robot.size()
+        robot.joints()[i] == Joint::Revolute && norm(cross(w, axis)) <= PARALLEL && dot(w, w) > 0.0 && norm(v) <= PARALLEL * robot.size()
     })
 }

@@ -25,7 +25,7 @@ pub(super) fn postures_by_newton(problem: &PathProblem, point: usize) -> Vec<f64
     for _ in 0..STARTS {
         starts.fill(&problem.robot, &mut q[..n]);
         let q = &mut q[..n];
-        if lands(&problem.robot, &problem.task, &problem.targets[point], problem.length, problem.limits, q) {
+        if lands(&problem.robot, &problem.asked, &problem.targets[point], problem.length, problem.limits, q) {
             let is_known = |row: &[f64]| row.iter().zip(&*q).all(|(a, b)| (a - b).abs() < APART);
             if problem.allows_spin(point, q) && !found.chunks_exact(n).any(is_known) {
                 found.extend_from_slice(q);

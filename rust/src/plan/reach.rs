@@ -14,6 +14,8 @@ use crate::task::{Target, Task};
 
 /// Points of the path that are looked at.
 const POINTS: usize = 5;
+/// Where one of this many of them is in reach, or fewer, the path as a whole is not.
+const MOST: usize = 5;
 /// A path whose nearest point is this many times farther from the base than the robot reaches is in other units.
 const FAR: f64 = 10.0;
 /// So is one that is this many times smaller than the robot, as is its distance.
@@ -27,12 +29,15 @@ const TOOL: f64 = 0.2;
 /// as can be told.
 pub(super) fn missing_point(problem: &PathProblem, failure: &PlanFailure) -> PlanFailure {
     let told = |cause, hint: Option<String>| PlanFailure { cause, hint, ..failure.clone() };
-    if !matches!(failure.cause, FailureCause::Unreachable | FailureCause::JointLimit) {
-        return failure.clone();
+    match failure.cause {
+        FailureCause::Unreachable | FailureCause::JointLimit => {}
+        FailureCause::Singular => return told(failure.cause, Some("the objective has no finite value in any posture there".into())),
+        _ => return failure.clone(),
     }
     let point = failure.point;
     if !postures_by_newton(problem, point).is_empty() {
-        let hint = "Newton finds a posture there that the grid is too coarse for: more n_spare or n_angles, or other spare joints, may help";
+        let hint =
+            "Newton finds a posture there that the grid is too coarse for: more n_spare or n_angles, or other spare joints, may help";
         return PlanFailure { joint: None, ..told(FailureCause::NoWay, Some(hint.into())) };
     }
     told(failure.cause, Path(problem).hint(point))
@@ -62,11 +67,11 @@ impl Path<'_> {
             let all = distances.len();
             return Some(if outside < all { format!("{place}; {outside} of {all} points are that far") } else { place });
         }
-        if self.all_reached(&self.some_points(point), |target, _| target, &problem.task) > 1 {
-            // Others can be reached: this one is what is wrong.
-            return self.turned(&[point]);
-        }
         let points = self.some_points(point);
+        if MOST * self.all_reached(&points, |target, _| target, &problem.asked) > points.len() {
+            // Others are in reach: this one is what is wrong.
+            return self.place_alone(&[point]);
+        }
         self.turned(&points).or_else(|| self.moved(&points)).or_else(|| self.place_alone(&points))
     }
 
@@ -113,9 +118,8 @@ impl Path<'_> {
             frame: frame.compose(&half).axes,
             ..target
         };
-        let all = self.all_reached(points, reversed, &self.0.task) == points.len();
-        let what = if points.len() > 1 { "the points that were tried are" } else { "it is" };
-        all.then(|| format!("{what} in reach with the axis reversed: does it point the other way?"))
+        let all = self.all_reached(points, reversed, &self.0.asked) == points.len();
+        all.then(|| "the path is in reach with the axis reversed: does it point the other way?".into())
     }
 
     /// Whether points are reached from another place, or with a tool.
@@ -126,24 +130,25 @@ impl Path<'_> {
             let there = base.compose(frame);
             Target { position: there.origin, axis: target.axis.map(|axis| base.rotate(axis)), frame: there.axes }
         };
-        if *base != Frame::IDENTITY && self.all_reached(points, seen, &problem.task) == points.len() {
-            return Some("they are in reach if the path is given in the frame of the robot's base, which is not that of the world".into());
+        if *base != Frame::IDENTITY && self.all_reached(points, seen, &problem.asked) == points.len() {
+            return Some("the path is in reach if it is given in the frame of the robot's base, which is not that of the world".into());
         }
         let beyond = |target: Target, frame: &Frame| Target { position: sub(target.position, scale(TOOL, frame.axes[2])), ..target };
-        if *problem.robot.tool() == Frame::IDENTITY && self.all_reached(points, beyond, &problem.task) == points.len() {
-            return Some(format!("they are in reach with a tool {} long: is the tool missing?", length(TOOL)));
+        if *problem.robot.tool() == Frame::IDENTITY && self.all_reached(points, beyond, &problem.asked) == points.len() {
+            return Some(format!("the path is in reach with a tool {} long: is the tool missing?", length(TOOL)));
         }
         None
     }
 
-    /// Whether points are reached when the tool may point anywhere, or joints may go beyond their limits.
+    /// Whether points are reached when the tool may point anywhere.
     fn place_alone(&self, points: &[usize]) -> Option<String> {
-        let problem = self.0;
-        let position = self.all_reached(points, |target, _| target, &Task::POSITION) == points.len();
-        position.then(|| {
-            let limits = if problem.limits { " within the limits" } else { "" };
-            format!("the places of the points are in reach{limits}, but not with the tool as the path asks for it")
-        })
+        let limits = if self.0.limits { " within the limits" } else { "" };
+        let what = if points.len() > 1 { "the path's points are" } else { "it is" };
+        let reached = self.all_reached(points, |target, _| target, &Task::POSITION);
+        if reached == points.len() {
+            return Some(format!("{what} in reach{limits}, but not with the tool turned as the path asks for it"));
+        }
+        (reached == 0).then(|| format!("{what} out of reach{limits} however the tool turns"))
     }
 }
 

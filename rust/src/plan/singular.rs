@@ -11,6 +11,8 @@ use crate::task::Task;
 /// A singular value below this part of the largest is none: a condition number above its inverse has no digit left that tells it from infinity
 /// by much.
 const NEGLIGIBLE: f64 = 1e-12;
+/// A joint that moves further than this from a point to the next [rad or m] jumps: it passes through nothing.
+const JUMP: f64 = 0.5;
 /// A motion of the joints [rad or m] that leads out of a singularity.
 const ASIDE: f64 = 1e-6;
 /// How much a value that is infinite in a singularity falls on that way, at least.
@@ -52,7 +54,7 @@ impl<'a> Singularities<'a> {
     /// on, `followed` telling which are.
     pub fn on(&self, q: &[f64], followed: &[bool]) -> (Vec<usize>, Vec<usize>) {
         let (mut at, mut after) = (Vec::new(), Vec::new());
-        let mut before: Option<(usize, bool)> = None;
+        let mut before: Option<(usize, bool, &[f64])> = None;
         for (point, row) in q.chunks_exact(self.robot.n()).enumerate().filter(|(point, _)| followed[*point]) {
             if self.has(row) {
                 at.push(point);
@@ -60,13 +62,14 @@ impl<'a> Singularities<'a> {
                 continue;
             }
             let side = self.side(row);
-            if let (Some((last, old)), Some(new)) = (before, side)
+            if let (Some((last, old, from)), Some(new)) = (before, side)
                 && last + 1 == point
                 && old != new
+                && from.iter().zip(row).all(|(a, b)| (a - b).abs() <= JUMP)
             {
                 after.push(last);
             }
-            before = side.map(|side| (point, side));
+            before = side.map(|side| (point, side, row));
         }
         (at, after)
     }
