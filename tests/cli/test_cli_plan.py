@@ -219,7 +219,7 @@ def test_no_point_at_all(tmp_path: Path) -> None:
     result = run("plan", file, "--out", tmp_path / "out")
     assert result.exit_code == 1
     assert "0 of 15" in result.stdout
-    assert "point 0: unreachable; nothing written" in result.stderr
+    assert "point 0: unreachable; the whole path is at least 9.11 m away, and the robot reaches" in result.stderr
     result = run("map", file, "--out", tmp_path / "out", "--angles", 12)
     assert result.exit_code == 0, result.output
     assert "0 of 15" in result.stdout

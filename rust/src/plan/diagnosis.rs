@@ -33,7 +33,7 @@ pub(super) fn explained(
     let Some(failure) = &plan.failure else { return Ok(None) };
     let mut asked = Asked { problem, settings, spare, point: failure.point, hooks };
     if !asked.is_open()? {
-        return Ok(Some(missing_point(problem, failure)));
+        return Ok(Some(missing_point(problem, spare, failure)));
     }
     let ends_a_way =
         matches!(failure.cause, FailureCause::NoWay | FailureCause::StepLimit | FailureCause::SpeedLimit | FailureCause::NotClosed);

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::failure::{FailureCause, PlanFailure};
 use super::frames::across;
+use super::grid::SpareGrid;
 use super::numbers::three_digits;
 use super::postures::{is_reached, postures_by_newton};
 use super::problem::PathProblem;
@@ -18,7 +19,9 @@ const POINTS: usize = 5;
 const MOST: usize = 5;
 /// A path whose nearest point is this many times farther from the base than the robot reaches is in other units.
 const FAR: f64 = 10.0;
-/// So is one that is this many times smaller than the robot, as is its distance.
+/// In the right ones it is at least this part of the robot's reach away.
+const CLOSE: f64 = 0.05;
+/// A path is in other units, too, that is this many times smaller than the robot, as is its distance.
 const NEAR: f64 = 100.0;
 /// Units that numbers are taken for metres from, by what they are in metres.
 const UNITS: [(f64, &str); 3] = [(1e-3, "millimetres"), (0.0254, "inches"), (1e-2, "centimetres")];
@@ -27,7 +30,7 @@ const TOOL: f64 = 0.2;
 
 /// The failure at a point for which the grid has no posture: with another cause if Newton finds one, else with what is wrong with the path, as far
 /// as can be told.
-pub(super) fn missing_point(problem: &PathProblem, failure: &PlanFailure) -> PlanFailure {
+pub(super) fn missing_point(problem: &PathProblem, spare: &SpareGrid, failure: &PlanFailure) -> PlanFailure {
     let told = |cause, hint: Option<String>| PlanFailure { cause, hint, ..failure.clone() };
     match failure.cause {
         FailureCause::Unreachable | FailureCause::JointLimit => {}
@@ -36,9 +39,13 @@ pub(super) fn missing_point(problem: &PathProblem, failure: &PlanFailure) -> Pla
     }
     let point = failure.point;
     if !postures_by_newton(problem, point).is_empty() {
-        let hint =
-            "Newton finds a posture there that the grid is too coarse for: more n_spare or n_angles, or other spare joints, may help";
-        return PlanFailure { joint: None, ..told(FailureCause::NoWay, Some(hint.into())) };
+        let finer = match (spare.joints.is_empty(), spare.spins) {
+            (true, _) => "more n_angles",
+            (false, true) => "more n_spare or n_angles, or other spare joints,",
+            (false, false) => "more n_spare, or other spare joints,",
+        };
+        let hint = format!("Newton finds a posture there that the grid is too coarse for: {finer} may help");
+        return PlanFailure { joint: None, ..told(FailureCause::NoWay, Some(hint)) };
     }
     told(failure.cause, Path(problem).hint(point))
 }
@@ -56,7 +63,7 @@ impl Path<'_> {
         let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let most = distances.iter().copied().fold(0.0, f64::max);
         if least > radius {
-            return Some(self.far_away(least, radius));
+            return self.seen_from_base(&self.some_points(point)).or_else(|| Some(self.far_away(least, radius)));
         }
         if most * NEAR < radius {
             return Some(format!("all points are within {} of the base: metres taken for millimetres?", length(most)));
@@ -72,7 +79,8 @@ impl Path<'_> {
             // Others are in reach: this one is what is wrong.
             return self.place_alone(&[point]);
         }
-        self.turned(&points).or_else(|| self.moved(&points)).or_else(|| self.place_alone(&points))
+        let turned = || self.turned(&points);
+        turned().or_else(|| self.seen_from_base(&points)).or_else(|| self.with_tool(&points)).or_else(|| self.place_alone(&points))
     }
 
     /// Where the base of the first joint is.
@@ -83,11 +91,9 @@ impl Path<'_> {
     /// Every point is farther away than the robot can reach.
     fn far_away(&self, least: f64, radius: f64) -> String {
         let place = format!("the whole path is at least {} away, and the robot reaches {}", length(least), length(radius));
-        let fits = |(unit, _): &&(f64, &str)| least * unit <= radius;
-        match UNITS.iter().find(fits) {
-            Some((_, name)) if least > FAR * radius => format!("{place}: {name}?"),
-            _ => format!("{place}: another base, or units?"),
-        }
+        let fits = |(unit, _): &&(f64, &str)| least * unit <= radius && least * unit >= CLOSE * radius;
+        let unit = UNITS.iter().find(fits).map_or("other units", |(_, name)| name);
+        if least > FAR * radius { format!("{place}: {unit}?") } else { format!("{place}: another base, or other units?") }
     }
 
     /// Some points of the path, the one that fails among them.
@@ -122,17 +128,21 @@ impl Path<'_> {
         all.then(|| "the path is in reach with the axis reversed: does it point the other way?".into())
     }
 
-    /// Whether points are reached from another place, or with a tool.
-    fn moved(&self, points: &[usize]) -> Option<String> {
+    /// Whether points are reached as what the robot's base sees.
+    fn seen_from_base(&self, points: &[usize]) -> Option<String> {
         let problem = self.0;
         let base = problem.robot.base();
         let seen = |target: Target, frame: &Frame| {
             let there = base.compose(frame);
             Target { position: there.origin, axis: target.axis.map(|axis| base.rotate(axis)), frame: there.axes }
         };
-        if *base != Frame::IDENTITY && self.all_reached(points, seen, &problem.asked) == points.len() {
-            return Some("the path is in reach if it is given in the frame of the robot's base, which is not that of the world".into());
-        }
+        let all = *base != Frame::IDENTITY && self.all_reached(points, seen, &problem.asked) == points.len();
+        all.then(|| "the path is in reach if it is given in the frame of the robot's base, which is not that of the world".into())
+    }
+
+    /// Whether points are reached with a tool, where there is none.
+    fn with_tool(&self, points: &[usize]) -> Option<String> {
+        let problem = self.0;
         let beyond = |target: Target, frame: &Frame| Target { position: sub(target.position, scale(TOOL, frame.axes[2])), ..target };
         if *problem.robot.tool() == Frame::IDENTITY && self.all_reached(points, beyond, &problem.asked) == points.len() {
             return Some(format!("the path is in reach with a tool {} long: is the tool missing?", length(TOOL)));
