@@ -44,7 +44,7 @@ def pipe_weld(center: tuple[float, float, float], main: float, branch: float, po
     out = np.stack([np.cos(f), np.sin(f), 0.0 * f], axis=1)
     height = np.sqrt(main**2 - (branch * np.sin(f)) ** 2)
     position = np.array(center) + np.stack([branch * np.cos(f), branch * np.sin(f), height], axis=1)
-    axis = -(out + [0.0, 0.0, 1.0]) / np.sqrt(2.0)
+    axis = -(out + np.array([0.0, 0.0, 1.0])) / np.sqrt(2.0)
     x = axis * axis[:, 2:] - [0.0, 0.0, 1.0]
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     return rd.Toolpath(position, axis, np.stack([x, np.cross(axis, x), axis], axis=2))
@@ -94,7 +94,7 @@ def test_a_failed_plan_holds_nothing_beyond_limits() -> None:
 
 @pytest.mark.parametrize("seed", range(24))
 def test_starts_near_limits(seed: int) -> None:
-    """Short paths of any robot from postures on the edge of their ranges, with and without times, by every criterion."""
+    """Short paths from postures on the edge of their ranges, with and without times, by every criterion."""
     rng = np.random.default_rng(seed)
     robot = rd.robots.get(("abb_irb120", "puma500", "ur5e", "fanuc_m710ic50", "kuka_iiwa14", "panda")[seed % 6])
     low, high = np.maximum(robot.q_min, -np.pi), np.minimum(robot.q_max, np.pi)
@@ -133,7 +133,7 @@ def test_a_point_that_newton_reaches_is_not_called_unreachable() -> None:
     pose = np.array([robot.fk(q), robot.fk(q + 1e-3)])
     path = rd.Toolpath(pose[:, :3, 3], pose[:, :3, 2], pose[:, :3, :3])
     for more in ({}, {"n_spare": 2}, {"spare": (2,), "n_spare": 1}):
-        plan = rd.plan(robot, path, rd.Task.full(), criterion="motion", progress=False, **more)  # type: ignore[arg-type]
+        plan = rd.plan(robot, path, rd.Task.full(), criterion="motion", progress=False, **more)
         check(plan)
         assert plan.failure is None or plan.failure.cause not in ("unreachable", "joint limit")
 
@@ -222,8 +222,8 @@ def test_a_path_in_the_frame_of_the_base(place: tuple[float, float, float]) -> N
     base[:3, 3] = place
     robot = rd.robots.get("ur10e")
     assert robot.dh is not None
-    table = [robot.dh[name] for name in ("a", "d", "alpha", "theta")]
-    away = rd.Robot.from_dh(*table, q_min=robot.q_min, q_max=robot.q_max, base=base)
+    a, d, alpha, theta = (robot.dh[name] for name in ("a", "d", "alpha", "theta"))
+    away = rd.Robot.from_dh(a, d, alpha, theta, q_min=robot.q_min, q_max=robot.q_max, base=base)
     plan = rd.plan(away, line((0.5, -0.2, 0.3), (0.5, 0.2, 0.3), 9), objective=INDEX, progress=False)
     assert "in the frame of the robot's base" in told(plan)
 
@@ -297,7 +297,7 @@ def test_the_largest_step_is_of_points_that_are_reached() -> None:
 def test_progress_moves_and_ends_with_the_work(settings: dict[str, Any], far: float) -> None:
     path = helix(31)
     told: list[float] = []
-    data = _core.PathData(path.position + [far, 0.0, 0.0], path.axis)
+    data = _core.PathData(path.position + np.array([far, 0.0, 0.0]), path.axis)
     task = rd.Task.axisymmetric()
     asked = _core.PlanSettings(settings.pop("criterion", "minimax"), **settings)
     _core.plan_path(ROBOT, data, task, KAPPA, asked, None, None, told.append)

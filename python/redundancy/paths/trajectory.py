@@ -114,14 +114,14 @@ class Trajectory:
 
     @property
     def steps(self) -> F64:
-        """Motions of the joints from each point to the next [rad or m], shape (N - 1, n); 0 where one is not reached."""
+        """Motions of the joints from point to point [rad or m], shape (N - 1, n); 0 where one is not reached."""
         reached = np.array([status != "unreachable" for status in self.status])
         steps: F64 = np.where((reached[1:] & reached[:-1])[:, None], np.diff(self.q, axis=0), 0.0)
         return steps
 
     @property
     def largest_step(self) -> float:
-        """Largest motion of a joint from a point that is reached to the next [rad or m]: what ``max_step`` of plans bounds."""
+        """Largest motion of a joint from point to point [rad or m]: what ``max_step`` of plans bounds."""
         return float(np.abs(self.steps).max(initial=0.0))
 
     @property

@@ -153,10 +153,10 @@ impl Path<'_> {
     /// Whether points are reached when the tool may point anywhere.
     fn place_alone(&self, points: &[usize]) -> Option<String> {
         let limits = if self.0.limits { " within the limits" } else { "" };
-        let what = if points.len() > 1 { "the path's points are" } else { "it is" };
+        let what = if points.len() > 1 { "the places of the path are" } else { "its place is" };
         let reached = self.all_reached(points, |target, _| target, &Task::POSITION);
         if reached == points.len() {
-            return Some(format!("{what} in reach{limits}, but not with the tool turned as the path asks for it"));
+            return Some(format!("{what} in reach{limits}, but with the tool turned otherwise"));
         }
         (reached == 0).then(|| format!("{what} out of reach{limits} however the tool turns"))
     }
