@@ -11,7 +11,7 @@ use super::problem::PathProblem;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, norm, scale, sub};
 use crate::robot::Joint;
-use crate::task::{Target, Task};
+use crate::task::{Projector, Target, Task};
 
 /// Points of the path that are looked at.
 const POINTS: usize = 5;
@@ -57,6 +57,13 @@ impl Path<'_> {
     /// What is wrong.
     fn hint(&self, point: usize) -> Option<String> {
         let problem = self.0;
+        let by_distance = || if problem.asked.linear == Projector::All { self.far_or_near(point) } else { None };
+        by_distance().or_else(|| self.by_direction(point))
+    }
+
+    /// What its distance from the base tells.
+    fn far_or_near(&self, point: usize) -> Option<String> {
+        let problem = self.0;
         let radius = radius(problem);
         let far = |frame: &Frame| norm(sub(frame.origin, self.base()));
         let distances: Vec<f64> = problem.frames.iter().map(far).collect();
@@ -65,7 +72,7 @@ impl Path<'_> {
         if least > radius {
             return self.seen_from_base(&self.some_points(point)).or_else(|| Some(self.far_away(least, radius)));
         }
-        if most * NEAR < radius {
+        if most * NEAR < problem.robot.size() {
             return Some(format!("all points are within {} of the base: metres taken for millimetres?", length(most)));
         }
         let outside = distances.iter().filter(|distance| **distance > radius).count();
@@ -74,6 +81,12 @@ impl Path<'_> {
             let all = distances.len();
             return Some(if outside < all { format!("{place}; {outside} of {all} points are that far") } else { place });
         }
+        None
+    }
+
+    /// What it is where the distance is none of it.
+    fn by_direction(&self, point: usize) -> Option<String> {
+        let problem = self.0;
         let points = self.some_points(point);
         if MOST * self.all_reached(&points, |target, _| target, &problem.asked) > points.len() {
             // Others are in reach: this one is what is wrong.
