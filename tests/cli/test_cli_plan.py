@@ -218,7 +218,9 @@ def test_a_way_through_a_singularity_is_told(tmp_path: Path) -> None:
     pose = rd.robots.get("abb_irb2400").fk([0.0, 0.3, 0.2, 0.0, 0.0, 0.0])
     position = pose[:3, 3] + np.outer(np.linspace(-0.25, 0.25, 51), [0.0, 1.0, 0.0])
     rd.Toolpath(position, np.tile(pose[:3, 2], (51, 1))).write(tmp_path / "path.csv")
-    words = 'robot = "abb_irb2400"\n[objective]\nlength = 0.4\n[path]\nfile = "path.csv"\n[plan]\nbranch_changes = true\n'
+    words = (
+        'robot = "abb_irb2400"\n[objective]\nlength = 0.4\n[path]\nfile = "path.csv"\n[plan]\nbranch_changes = true\n'
+    )
     result = run("plan", job(tmp_path, words), "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
     printed = " ".join(result.stdout.split())

@@ -258,6 +258,26 @@ def test_a_way_through_a_singularity() -> None:
     assert still.motion == pytest.approx(0.4746, abs=1e-4)
 
 
+@pytest.mark.parametrize("beside", [0.0, 1e-3, 5e-3])
+def test_a_flip_of_the_wrist_is_a_failure_that_names_it(beside: float) -> None:
+    """The same line, through the singularity and beside it, without a change of the branch: joint 4 turns by 34 to 90 deg."""
+    robot = rd.robots.get("abb_irb2400").with_tool(along_z(0.2))
+    pose = robot.fk([0.0, 0.3, 0.2, 0.0, 0.0, 0.0])
+    position = pose[:3, 3] + np.outer(np.linspace(-0.25, 0.25, 101), [0.0, 1.0, 0.0])
+    axis = np.tile(pose[:3, 2], (101, 1))
+    axis += beside / 0.8 * pose[:3, 0]
+    plan = rd.plan(robot, rd.Toolpath(position, axis), objective=INDEX, max_step=0.1, progress=False)
+    check(plan)
+    if plan.failure is None:
+        assert plan.largest_step <= 0.1 + 1e-9
+    else:
+        assert plan.failure.cause == "step limit"
+        assert 45 <= plan.failure.point <= 55
+        assert "a singularity is near: branch_changes=True may lead through it" in told(plan)
+        step = np.abs(np.diff(plan.q, axis=0))[plan.failure.point - 1]
+        assert step.max() == pytest.approx(0.1 * plan.failure.excess, rel=1e-6)
+
+
 def test_no_note_where_there_is_nothing_to_say() -> None:
     assert rd.plan(ROBOT, helix(21), objective=KAPPA, effort=1, progress=False).notes == ()
 

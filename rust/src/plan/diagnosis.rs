@@ -12,6 +12,7 @@ use super::numbers::linspace;
 use super::problem::PathProblem;
 use super::reach::missing_point;
 use super::settings::PlanSettings;
+use super::singular::Singularities;
 use super::verdict::Plan;
 use crate::robot::{AT_LIMIT, Robot};
 
@@ -43,7 +44,7 @@ pub(super) fn explained(
     {
         return Ok(Some(found));
     }
-    Ok(Some(with_advice(problem, plan, &by_its_bound(problem, settings, failure))))
+    Ok(Some(with_advice(problem, settings, plan, &by_its_bound(problem, settings, failure))))
 }
 
 /// A way along some of the path that is looked for.
@@ -211,11 +212,12 @@ fn by_its_bound(problem: &PathProblem, settings: &PlanSettings, failure: &PlanFa
 }
 
 /// What helps where a step is too large, or nothing is known to.
-fn with_advice(problem: &PathProblem, plan: &Plan, failure: &PlanFailure) -> PlanFailure {
+fn with_advice(problem: &PathProblem, settings: &PlanSettings, plan: &Plan, failure: &PlanFailure) -> PlanFailure {
     let advice = match failure.cause {
-        FailureCause::SpeedLimit => format!("more time there would help{}", stopped(problem, plan, failure.point)),
+        FailureCause::SpeedLimit => format!("more time there would help{}", in_the_way(problem, settings, plan, failure.point)),
         FailureCause::StepLimit => {
-            format!("a path with more points or a larger max_step may help{}", stopped(problem, plan, failure.point))
+            let others = in_the_way(problem, settings, plan, failure.point);
+            format!("a path with more points or a larger max_step may help{others}")
         }
         FailureCause::SpinRange => "no spin within it leads along the path there: a wider one may help".into(),
         FailureCause::NoWay => {
@@ -227,11 +229,16 @@ fn with_advice(problem: &PathProblem, plan: &Plan, failure: &PlanFailure) -> Pla
     PlanFailure { hint: Some(advice), ..failure.clone() }
 }
 
-/// Which joint stands on its limit at a point or the one before, where one does.
-fn stopped(problem: &PathProblem, plan: &Plan, point: usize) -> String {
+/// What makes joints move far from the point before to a point: a singularity that is near, or a joint that stands on its limit.
+fn in_the_way(problem: &PathProblem, settings: &PlanSettings, plan: &Plan, point: usize) -> String {
     let (n, limits) = (problem.n(), problem.robot.limits());
-    let near = |x: f64, joint: usize| (x - limits.q_min[joint]).min(limits.q_max[joint] - x) <= ON_LIMIT;
     let rows = [point.saturating_sub(1), point].map(|point| &plan.q[point * n..(point + 1) * n]);
+    let singularities = Singularities::of(&problem.robot);
+    if rows.iter().any(|row| singularities.near(row)) {
+        let through = if settings.branch_changes { "" } else { ": branch_changes=True may lead through it" };
+        return format!("; a singularity is near{through}");
+    }
+    let near = |x: f64, joint: usize| (x - limits.q_min[joint]).min(limits.q_max[joint] - x) <= ON_LIMIT;
     let on_limit = (0..n).find(|joint| problem.limits && rows.iter().any(|row| near(row[*joint], *joint)));
     on_limit.map_or(String::new(), |joint| format!("; {} stands on its position limit", problem.robot.joint_label(joint)))
 }

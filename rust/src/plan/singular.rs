@@ -11,6 +11,8 @@ use crate::task::Task;
 /// A singular value below this part of the largest is none: a condition number above its inverse has no digit left that tells it from infinity
 /// by much.
 const NEGLIGIBLE: f64 = 1e-12;
+/// A singularity is near where they are this far apart: joints move fast there.
+const CLOSE: f64 = 0.02;
 /// A joint that moves further than this from a point to the next [rad or m] jumps: it passes through nothing.
 const JUMP: f64 = 0.5;
 /// A motion of the joints [rad or m] that leads out of a singularity.
@@ -35,10 +37,20 @@ impl<'a> Singularities<'a> {
 
     /// Whether a posture is singular.
     pub fn has(&self, q: &[f64]) -> bool {
+        self.distance(q) <= NEGLIGIBLE
+    }
+
+    /// Whether a posture is near a singularity.
+    pub fn near(&self, q: &[f64]) -> bool {
+        self.distance(q) <= CLOSE
+    }
+
+    /// The least singular value over the largest.
+    fn distance(&self, q: &[f64]) -> f64 {
         let (tool, columns) = jacobian_at(self.robot, q);
         let rows = Task::FULL.directions(&tool, self.length).rows(&columns);
         let sigma: Row6 = Svd::<MAX_JOINTS>::new(&rows, self.robot.n(), 6).sigma;
-        self.rank > 0 && sigma[self.rank - 1] <= NEGLIGIBLE * sigma[0]
+        if self.rank > 0 { sigma[self.rank - 1] / sigma[0] } else { 1.0 }
     }
 
     /// On which side of a singularity a posture is: the sign of the determinant, for a robot that has one.
