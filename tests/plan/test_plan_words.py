@@ -260,7 +260,7 @@ def test_a_way_through_a_singularity() -> None:
 
 @pytest.mark.parametrize("beside", [0.0, 1e-3, 5e-3])
 def test_a_flip_of_the_wrist_is_a_failure_that_names_it(beside: float) -> None:
-    """The same line, through the singularity and beside it, without a change of the branch: joint 4 turns by 34 to 90 deg."""
+    """The same line, through the singularity and beside it, on one branch: joint 4 turns by 34 to 90 deg a point."""
     robot = rd.robots.get("abb_irb2400").with_tool(along_z(0.2))
     pose = robot.fk([0.0, 0.3, 0.2, 0.0, 0.0, 0.0])
     position = pose[:3, 3] + np.outer(np.linspace(-0.25, 0.25, 101), [0.0, 1.0, 0.0])

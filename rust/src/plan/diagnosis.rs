@@ -33,7 +33,9 @@ pub(super) fn explained(
 ) -> Result<Option<PlanFailure>, PlanError> {
     let Some(failure) = &plan.failure else { return Ok(None) };
     let mut asked = Asked { problem, settings, spare, point: failure.point, hooks };
-    if !asked.is_open()? {
+    let of_point =
+        matches!(failure.cause, FailureCause::Unreachable | FailureCause::JointLimit | FailureCause::Singular | FailureCause::Predicate);
+    if of_point && !asked.is_open()? {
         return Ok(Some(missing_point(problem, spare, failure)));
     }
     let ends_a_way =
