@@ -213,12 +213,31 @@ def test_unreachable_stretch_names_point_and_cause(tmp_path: Path) -> None:
     assert not out.exists()
 
 
+def test_a_way_through_a_singularity_is_told(tmp_path: Path) -> None:
+    pose = rd.robots.get("abb_irb2400").fk([0.0, 0.3, 0.2, 0.0, 0.0, 0.0])
+    position = pose[:3, 3] + np.outer(np.linspace(-0.25, 0.25, 51), [0.0, 1.0, 0.0])
+    rd.Toolpath(position, np.tile(pose[:3, 2], (51, 1))).write(tmp_path / "path.csv")
+    words = (
+        'robot = "abb_irb2400"\n[objective]\nlength = 0.4\n[path]\nfile = "path.csv"\n[plan]\nbranch_changes = true\n'
+    )
+    result = run("plan", job(tmp_path, words), "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    printed = " ".join(result.stdout.split())
+    assert "passes through a singularity at point 25, where the value is infinite" in printed
+    assert "does not depend on the spin of the tool" in printed
+    assert re.search(r"worst condition number squared . inf", printed)
+    assert re.search(r"largest step . 0\.\d+ deg of joint \d", printed)
+    saved = json.loads((tmp_path / "out" / "trajectory.json").read_text(encoding="utf-8"))
+    assert 0.0 < saved["largest_step"] < 0.02
+    assert saved["columns"]["condition_number"][25] is None
+
+
 def test_no_point_at_all(tmp_path: Path) -> None:
     file = job(tmp_path, SHORT.replace("[1300, 1000, 0]", "[9300, 1000, 0]"))
     result = run("plan", file, "--out", tmp_path / "out")
     assert result.exit_code == 1
     assert "0 of 15" in result.stdout
-    assert "point 0: unreachable; nothing written" in result.stderr
+    assert "point 0: unreachable; the whole path is at least 9.11 m away, and the robot reaches" in result.stderr
     result = run("map", file, "--out", tmp_path / "out", "--angles", 12)
     assert result.exit_code == 0, result.output
     assert "0 of 15" in result.stdout

@@ -10,13 +10,13 @@ PATIENCE = 1.0
 
 
 @contextmanager
-def progress_bar(total: int, label: str, show: bool = True) -> Iterator[Callable[[int], None]]:
+def progress_bar(total: float, label: str, show: bool = True) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on stderr, once the work has taken a second; never when stderr is not a terminal.
 
     Parameters
     ----------
-    total : int
-        Steps altogether.
+    total : float
+        Steps altogether; 1 where shares of the work are told.
     label : str
         What is being done.
     show : bool
@@ -25,7 +25,7 @@ def progress_bar(total: int, label: str, show: bool = True) -> Iterator[Callable
     Yields
     ------
     callable
-        To be called with the number of steps done since the last call.
+        To be called with the number of steps, or the share of the work, done since the last call.
     """
     if not (show and sys.stderr.isatty()):
         yield lambda steps: None
@@ -38,7 +38,7 @@ def progress_bar(total: int, label: str, show: bool = True) -> Iterator[Callable
     task = bar.add_task(label, total=total)
     start = monotonic()
 
-    def advance(steps: int) -> None:
+    def advance(steps: float) -> None:
         bar.advance(task, steps)
         if not bar.live.is_started and monotonic() - start > PATIENCE:
             bar.start()

@@ -8,6 +8,7 @@ import numpy as np
 from rich.table import Table
 
 from .. import plots
+from .._util import F64
 from ..files import whole_files
 from ..planning import Plan, RedundancyMap, core_path, plan_by, redundancy_map
 from ..plots import BY_BADNESS, CAUSES, MapData, MapLine, prepared
@@ -69,26 +70,33 @@ def plan_table(planned: Plan, objective: str, seconds: float) -> Table:
     for label, text in (_values(planned, objective) | rows).items():
         table.add_row(label, text)
     table.add_row("planned in", f"{1000.0 * seconds:.1f} ms")
+    if planned.notes:
+        table.caption, table.caption_justify = "\n".join(planned.notes), "left"
     return table
 
 
 def _values(planned: Plan, objective: str) -> dict[str, str]:
     """Return what was minimised; how good that is where the plan is whole."""
     rows: dict[str, str] = {}
-    reached = np.isfinite(planned.value)
+    reached = ~np.isnan(planned.value)
     if planned.criterion != "motion" and reached.any():
         weights = core_path(planned.path).weights[reached]
         rows[f"worst {objective}"] = f"{planned.value[reached].max():.5f}"
-        rows[f"mean {objective}"] = f"{np.average(planned.value[reached], weights=weights):.5f}"
+        rows[f"mean {objective}"] = f"{_mean(planned.value[reached], weights):.5f}"
     if planned.failure is not None:
         return rows
-    if np.isfinite(planned.bound):
+    if not np.isnan(planned.bound):
         rows["lower bound" if planned.robot.n == 6 else "lower bound on the grid"] = f"{planned.bound:.5f}"
         rows["gap"] = f"{planned.gap:.1e}"
     units = {"R": "rad^2", "P": "m^2"}
     rows["motion"] = f"{planned.motion:.5f} {' + '.join(units[kind] for kind in units if kind in planned.robot.joints)}"
     rows["optimum"] = "reached" if planned.refined else "best route of the grid"
     return rows
+
+
+def _mean(values: F64, weights: F64) -> float:
+    """Return the weighted mean; infinite where a value is, whatever its weight."""
+    return float(np.average(values, weights=weights)) if np.isfinite(values).all() else float(values.max())
 
 
 def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Job, pictures: bool) -> list[str]:

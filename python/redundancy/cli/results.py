@@ -75,12 +75,17 @@ def _speed(trajectory: Trajectory) -> str:
     return f"{share}{speed[joint]:.3f} {unit}, {trajectory.robot.joint_label(joint)}"
 
 
+def _step(trajectory: Trajectory) -> str:
+    return trajectory.largest_step_told.replace(", from", "\nfrom").replace("; ", "\n")
+
+
 ROWS: Final[dict[str, Callable[[Trajectory], str]]] = {
     "points reached": _reached,
     "max condition number": lambda t: f"{t.max_condition_number:.5f}",
     "mean condition number": lambda t: f"{t.mean_condition_number:.5f}",
     "limit margin": _margin,
     "largest joint speed": _speed,
+    "largest step": _step,
     "max position error": lambda t: f"{1000.0 * t.position_error.max():.1e} mm",
     "max axis error": lambda t: f"{np.rad2deg(t.axis_error.max()):.1e} deg",
 }

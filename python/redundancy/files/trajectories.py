@@ -90,6 +90,10 @@ class Written(Protocol):
         """The mean."""
 
     @property
+    def largest_step(self) -> float:
+        """The largest motion of a joint from point to point [rad or m]."""
+
+    @property
     def limit_margin(self) -> float:
         """Smallest distance to a position limit [rad or m]."""
 
@@ -277,6 +281,7 @@ def to_json(trajectory: Written, joints: Joints = "robot") -> str:
         "mean_condition_number": _finite(trajectory.mean_condition_number),
         "limit_margin": _finite(trajectory.limit_margin),
         "max_joint_speed": trajectory.max_joint_speed,
+        "largest_step": trajectory.largest_step,
         "columns": {
             name: [_finite(x) for x in column.tolist()] for name, column in _columns(trajectory, joints).items()
         },

@@ -1,5 +1,6 @@
 """What a robot does along a toolpath."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -110,6 +111,48 @@ class Trajectory:
         """Largest joint speed [rad/s; m/s where the joint is prismatic]; None without times."""
         speed = self.joint_speed
         return None if speed is None else float(np.abs(speed).max())
+
+    @property
+    def steps(self) -> F64:
+        """Motions of the joints from point to point [rad or m], shape (N - 1, n); 0 where one is not reached."""
+        reached = np.array([status != "unreachable" for status in self.status])
+        steps: F64 = np.where((reached[1:] & reached[:-1])[:, None], np.diff(self.q, axis=0), 0.0)
+        return steps
+
+    @property
+    def largest_step(self) -> float:
+        """Largest motion of a joint from point to point [rad or m]: what ``max_step`` of plans bounds."""
+        return float(np.abs(self.steps).max(initial=0.0))
+
+    @property
+    def largest_step_at(self) -> int:
+        """The point from which it goes, counted from 0."""
+        return self._largest(range(self.robot.n))[0]
+
+    @property
+    def largest_step_joint(self) -> int:
+        """The joint whose motion it is, counted from 0."""
+        return self._largest(range(self.robot.n))[1]
+
+    @property
+    def largest_step_told(self) -> str:
+        """The largest step in words, "14.2 deg of joint 4, from point 50"; for turning and for sliding joints."""
+        kinds = [[i for i, joint in enumerate(self.robot.joints) if joint == kind] for kind in "RP"]
+        told = []
+        for unit, factor, joints in zip(("deg", "mm"), (180.0 / np.pi, 1000.0), kinds, strict=True):
+            if joints:
+                point, joint = self._largest(joints)
+                step = factor * abs(self.steps[point, joint]) if len(self) > 1 else 0.0
+                told.append(f"{step:.3g} {unit} of {self.robot.joint_label(joint)}, from point {point}")
+        return "; ".join(told)
+
+    def _largest(self, joints: Sequence[int]) -> tuple[int, int]:
+        """Return point and joint of the largest step of some joints."""
+        if len(self) < 2:
+            return 0, joints[0]
+        steps = np.abs(self.steps[:, joints])
+        point, at = np.unravel_index(int(steps.argmax()), steps.shape)
+        return int(point), joints[int(at)]
 
     @property
     def unreachable(self) -> list[int]:

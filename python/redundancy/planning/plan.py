@@ -10,6 +10,9 @@ from .map import Predicate
 from .numbers import core_path
 from .result import Plan
 
+SINGULAR = 1e12
+"""A posture with a larger condition number is singular: hardly a digit is left that tells it from infinity."""
+
 
 def plan(
     robot: Robot,
@@ -185,11 +188,12 @@ def plan_by(
     """
     task = Task.axisymmetric() if task is None else task
     earlier = None if warm_start is None else (core_path(warm_start.path), warm_start.q)
-    with progress_bar(len(path), "planning", progress) as advance:
+    with progress_bar(1.0, "planning", progress) as advance:
         found = _core.plan_path(robot, core_path(path), task, objective, settings, feasible, earlier, advance)
     rows = robot.rows_in_use()
     if len(rows) <= robot.n:
         condition_number = ConditionNumber(found.length, rows=rows).evaluate_many(robot, found.q, 0)[0]
+        condition_number = np.where(condition_number > SINGULAR, np.inf, condition_number)
     else:
         condition_number = np.full(len(path), np.nan)
     return Plan(
@@ -211,4 +215,5 @@ def plan_by(
         residual=found.residual,
         failure=found.failure,
         refined=found.refined,
+        notes=tuple(found.notes),
     )

@@ -35,6 +35,9 @@ class Plan(Trajectory):
         Why the plan is not whole; the points that are reached are the best that there are.
     refined : bool
         Whether the continuous optimum was reached; else the best route of the grid is what is returned.
+    notes : tuple of str
+        What else is worth saying, in words: that the way passes through a singularity, and where; that the value does
+        not depend on the spin of the tool.
     """
 
     objective: Objective | None = None
@@ -46,18 +49,29 @@ class Plan(Trajectory):
     residual: float = float("nan")
     failure: PlanFailure | None = None
     refined: bool = False
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]
-        if self.objective is not None and np.isfinite(self.value).any():
+        if self.objective is not None and not np.isnan(self.value).all():
             words.append(f"worst value {np.nanmax(self.value):.6g}")
+        if len(self) > 1:
+            words.append(f"largest step {self.largest_step_told}")
         if self.failure is not None:
             words.append(self.failure.told(self.robot))
+        words.extend(self.notes)
         return f"Plan({', '.join(words)})"
 
     @property
     def gap(self) -> float:
-        """How far the plan can be from the best there is: worst (or mean) value less the bound."""
+        """How far the plan can be from the best there is: worst (or mean) value less the bound.
+
+        Infinite where the value is and the bound is not; 0 where both are, as no path is better.
+        """
         if self.criterion == "minimax":
-            return float(np.nanmax(self.value, initial=-np.inf) - self.bound)
-        return float(core_path(self.path).weights @ self.value - self.bound)
+            value = float(np.nanmax(self.value, initial=-np.inf))
+        elif np.isposinf(self.value).any():
+            value = np.inf
+        else:
+            value = float(core_path(self.path).weights @ self.value)
+        return 0.0 if value == self.bound == np.inf else value - self.bound

@@ -1,5 +1,6 @@
 //! Why a plan is not whole.
 
+use std::f64::consts::TAU;
 use std::fmt;
 
 use super::numbers::three_digits;
@@ -57,7 +58,7 @@ impl FailureCause {
         }
     }
 
-    /// What its name leaves open.
+    /// What its name leaves open, where nothing else is known.
     fn detail(self) -> &'static str {
         match self {
             Self::NoWay => "; it has postures, but no branch leads there from the points before",
@@ -77,6 +78,8 @@ pub struct PlanFailure {
     pub cause: FailureCause,
     /// The joint in the way, for limits of joints.
     pub joint: Option<FailedJoint>,
+    /// What is known beside, and what would help, in words.
+    pub hint: Option<String>,
 }
 
 /// The joint, or the combination of joints, that keeps a plan from being whole.
@@ -119,14 +122,25 @@ impl Limited {
     }
 }
 
-impl PlanFailure {
-    /// One without a joint in the way.
-    pub(super) fn at(point: usize, cause: FailureCause) -> Self {
-        Self { point, cause, joint: None }
-    }
+/// What is farthest beyond its position limit in a posture, and by how far [rad or m]; negative where nothing is.
+pub(super) fn farthest_beyond(robot: &Robot, q: &[f64]) -> Option<(Limited, f64)> {
+    let limits = robot.limits();
+    let alone = q.iter().enumerate().map(|(j, x)| (Limited::Joint(j), (limits.q_min[j] - x).max(x - limits.q_max[j])));
+    let together = limits.coupled.iter().enumerate().map(|(k, it)| (Limited::Combination(k), -it.margin(q)));
+    alone.chain(together).reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
 impl PlanFailure {
+    /// One, with the joint in the way if there is one.
+    pub fn new(point: usize, cause: FailureCause, joint: Option<FailedJoint>) -> Self {
+        Self { point, cause, joint, hint: None }
+    }
+
+    /// One without a joint in the way.
+    pub(super) fn at(point: usize, cause: FailureCause) -> Self {
+        Self::new(point, cause, None)
+    }
+
     /// In words, with the name of the joint as the robot has it.
     pub fn told(&self, robot: &Robot) -> String {
         let mut words = String::new();
@@ -136,8 +150,13 @@ impl PlanFailure {
     }
 
     fn tell(&self, f: &mut dyn fmt::Write, label: impl Fn(usize) -> String) -> fmt::Result {
+        self.tell_cause(f, label)?;
+        self.hint.as_ref().map_or(Ok(()), |hint| write!(f, "; {hint}"))
+    }
+
+    fn tell_cause(&self, f: &mut dyn fmt::Write, label: impl Fn(usize) -> String) -> fmt::Result {
         write!(f, "point {}: {}", self.point, self.cause.name())?;
-        let Some(joint) = &self.joint else { return f.write_str(self.cause.detail()) };
+        let Some(joint) = &self.joint else { return f.write_str(if self.hint.is_some() { "" } else { self.cause.detail() }) };
         match &joint.combination {
             Some(combination) => write!(f, " of {combination}")?,
             None => write!(f, " of {}", label(joint.number))?,
@@ -150,7 +169,7 @@ impl PlanFailure {
                 write!(f, ", {} times it would be needed", three_digits(joint.excess))
             }
             _ if joint.slides => write!(f, ", which would have to go about {} mm beyond it", three_digits(1000.0 * joint.excess)),
-            _ => write!(f, ", which would have to go about {} deg beyond it", three_digits(joint.excess.to_degrees())),
+            _ => write!(f, ", which would have to go about {} beyond it", degrees(joint.excess)),
         }
     }
 }
@@ -159,4 +178,28 @@ impl fmt::Display for PlanFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.tell(f, |joint| format!("joint {}", joint + 1))
     }
+}
+
+/// Names that are listed one by one, at most.
+const LISTED: usize = 3;
+
+/// The first of some names, and how many more there are.
+pub(super) fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] if names.len() <= LISTED => format!("{} and {last}", first.join(", ")),
+        _ => format!("{} and {} more", names[..LISTED].join(", "), names.len() - LISTED),
+    }
+}
+
+/// An angle as people read it.
+pub(super) fn degrees(angle: f64) -> String {
+    format!("{} deg", three_digits(angle.to_degrees()))
+}
+
+/// A number of whole turns as people read it.
+pub(super) fn turns(angle: f64) -> String {
+    let count = three_digits(angle / TAU);
+    format!("{count} {}", if count == "1" { "turn" } else { "turns" })
 }

@@ -40,7 +40,8 @@ pub fn angle_grid(spins: bool, n_angles: usize, spin_range: Option<(f64, f64)>) 
     let Some((low, high)) = spin_range else { return Ok(half_open(-PI, PI, n_angles)) };
     if !(low.is_finite() && high.is_finite() && low < high && high <= low + 2.0 * PI) {
         let given = format!("({}, {})", shown(low), shown(high));
-        return Err(Error::value("spin_range", given, "two increasing angles at most a turn apart [rad]"));
+        let degrees = if low < high && high - low <= 360.0 { "; degrees?" } else { "" };
+        return Err(Error::value("spin_range", given, &format!("two increasing angles at most a turn apart [rad]{degrees}")));
     }
     Ok(if n_angles > 1 { linspace(low, high, n_angles) } else { vec![0.5 * (low + high)] })
 }

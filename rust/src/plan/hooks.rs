@@ -32,10 +32,74 @@ pub enum PlanError {
 pub struct Hooks<'a> {
     /// The caller's own reason to refuse postures, such as a collision.
     pub feasible: Option<&'a mut Predicate<'a>>,
-    /// Told of the points that are done since the last call.
-    pub progress: Option<&'a mut dyn FnMut(usize)>,
+    /// Told how far the work is.
+    pub progress: Option<Progress<'a>>,
     /// Asked before every piece of work whether to end it.
     pub cancelled: Option<&'a mut dyn FnMut() -> bool>,
+}
+
+/// What a round of a plan does, one after another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// Postures are computed and routes are searched.
+    Search,
+    /// Routes are refined.
+    Refine,
+    /// What no route can be better than is looked for.
+    Prove,
+}
+
+impl Phase {
+    /// Which part of a round it is, from where to where.
+    fn share(self) -> (f64, f64) {
+        match self {
+            Self::Search => (0.0, 0.5),
+            Self::Refine => (0.5, 0.8),
+            Self::Prove => (0.8, 1.0),
+        }
+    }
+}
+
+/// Which part of what is left of a phase a sign of life is worth: how long a phase takes is not known before it ends.
+const LIFE: f64 = 0.01;
+/// Shares of the work smaller than this are told together.
+const TOLD: f64 = 2e-3;
+
+/// How far the work is. It never goes back nor beyond its end, and comes to its end.
+pub struct Progress<'a> {
+    tell: &'a mut dyn FnMut(f64),
+    /// What was told, where the work is, and where its phase ends, of 1.
+    told: f64,
+    at: f64,
+    end: f64,
+    /// Where the round begins, and how long it is.
+    round: (f64, f64),
+}
+
+impl<'a> Progress<'a> {
+    /// `tell` is told the share of the work that was done since the last call; all shares together are 1.
+    pub fn new(tell: &'a mut dyn FnMut(f64)) -> Self {
+        Self { tell, told: 0.0, at: 0.0, end: 1.0, round: (0.0, 1.0) }
+    }
+
+    fn enter(&mut self, phase: Phase) {
+        let (from, to) = phase.share();
+        let (start, length) = self.round;
+        self.end = start + to * length;
+        self.reach(start + from * length);
+    }
+
+    fn live(&mut self) {
+        self.reach(self.at + LIFE * (self.end - self.at).max(0.0));
+    }
+
+    fn reach(&mut self, share: f64) {
+        self.at = self.at.max(share.min(1.0));
+        if self.at - self.told >= TOLD || (self.at == 1.0 && self.told < 1.0) {
+            (self.tell)(self.at - self.told);
+            self.told = self.at;
+        }
+    }
 }
 
 impl fmt::Debug for Hooks<'_> {
@@ -45,8 +109,11 @@ impl fmt::Debug for Hooks<'_> {
 }
 
 impl Hooks<'_> {
-    /// Whether the caller ends the work.
+    /// Whether the caller ends the work; a sign of life.
     pub(super) fn is_cancelled(&mut self) -> bool {
+        if let Some(progress) = &mut self.progress {
+            progress.live();
+        }
         self.cancelled.as_mut().is_some_and(|cancelled| cancelled())
     }
 
@@ -55,10 +122,25 @@ impl Hooks<'_> {
         if self.is_cancelled() { Err(PlanError::Cancelled) } else { Ok(()) }
     }
 
-    /// Tells of points that are done.
-    pub(super) fn advance(&mut self, points: usize) {
+    /// A round of the work begins: one of `count`, by its number.
+    pub(super) fn begin(&mut self, round: usize, count: usize) {
         if let Some(progress) = &mut self.progress {
-            progress(points);
+            progress.round = (round as f64 / count as f64, 1.0 / count as f64);
+            progress.enter(Phase::Search);
+        }
+    }
+
+    /// A phase of the round begins.
+    pub(super) fn enter(&mut self, phase: Phase) {
+        if let Some(progress) = &mut self.progress {
+            progress.enter(phase);
+        }
+    }
+
+    /// All is done.
+    pub(super) fn finish(&mut self) {
+        if let Some(progress) = &mut self.progress {
+            progress.reach(1.0);
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::failure::Limited;
+use super::failure::{Limited, farthest_beyond};
 use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
 use super::spare::cell_task;
@@ -436,7 +436,6 @@ impl Lattice {
     /// What keeps point `i` from being feasible, if a limit is what does: the one that the posture least beyond limits is farthest beyond, with how far
     /// [rad or m].
     pub fn nearest_to_limits(&self, i: usize) -> Option<(Limited, f64)> {
-        let limits = self.robot.limits();
         let mut best: Option<(Limited, f64)> = None;
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
@@ -446,9 +445,7 @@ impl Lattice {
                     let row = &mut row[..self.robot.n()];
                     slice.expand(&found, k, row);
                     self.robot.turn_together(row, &slice.held);
-                    let alone = row.iter().enumerate().map(|(j, x)| (Limited::Joint(j), (limits.q_min[j] - x).max(x - limits.q_max[j])));
-                    let together = limits.coupled.iter().enumerate().map(|(k, it)| (Limited::Combination(k), -it.margin(row)));
-                    let beyond = alone.chain(together).reduce(|a, b| if b.1 > a.1 { b } else { a });
+                    let beyond = farthest_beyond(&self.robot, row);
                     if let Some(beyond) = beyond
                         && best.is_none_or(|(_, least)| beyond.1 < least)
                     {

@@ -108,7 +108,6 @@ impl<'a> Layers<'a> {
             let cells = self.computed(chunk, hooks)?;
             self.cells.extend(chunk.iter().copied().zip(cells));
             self.order.extend(chunk);
-            hooks.advance(chunk.len());
         }
         Ok(())
     }
@@ -324,7 +323,6 @@ impl<'a> Layers<'a> {
                 self.least_of(*point, cells.get(point).unwrap_or_else(|| &self.cells[point]), &q[point * n..(point + 1) * n])
             };
             all.par_extend(chunk.par_iter().map(least));
-            hooks.advance(new.len());
         }
         Ok(all)
     }

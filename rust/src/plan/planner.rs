@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use super::diagnosis::explained;
 use super::grid::{SpareGrid, angle_grid};
-use super::hooks::{Hooks, PlanError};
+use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::Layers;
+use super::notes::notes;
 use super::part::{WarmStart, better_parts, worst};
 use super::path::Path;
 use super::problem::PathProblem;
@@ -62,7 +64,15 @@ impl Planner {
     /// [`PlanError`] if the caller's predicate fails or the caller ends the work. A path that cannot be followed is no error: the plan's
     /// `failure` tells why.
     pub fn plan(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
-        let problem = &self.problem.with_steps(self.settings.max_step, LARGEST_STEP);
+        let mut plan = self.best(problem, hooks)?;
+        plan.failure = explained(problem, &self.settings, &self.choices[0], &plan, hooks)?;
+        plan.notes = notes(&self.problem, &self.choices[0], &plan)?;
+        hooks.finish();
+        Ok(plan)
+    }
+
+    /// The best plan that is whole; where there is none, one that tells why.
+    fn best(&self, problem: &PathProblem, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
         let plan = self.planned(problem, &self.settings, hooks)?;
         if !plan.is_blocked() {
             return Ok(plan);
@@ -113,7 +123,9 @@ impl Planner {
         };
         let mut ways = Vec::new();
         if parts.is_empty() {
-            for search in 0..settings.searches(!spare.joints.is_empty()) {
+            let searches = settings.searches(!spare.joints.is_empty());
+            for search in 0..searches {
+                hooks.begin(search, searches);
                 if search > 0 {
                     known = known.finer(1 << search, worst(&parts))?;
                 }
@@ -122,6 +134,7 @@ impl Planner {
                     ways = found.ways;
                 }
                 parts = better_parts(problem.criterion, parts, found.parts);
+                hooks.enter(Phase::Prove);
                 if settings.is_bounded() {
                     parts = improved(problem, &mut known, parts, settings.max_iterations, hooks)?;
                 }
@@ -135,6 +148,6 @@ impl Planner {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;
         }
         plan.ways = ways;
-        Ok(plan.judged_by_steps(problem))
+        Ok(plan)
     }
 }

@@ -313,6 +313,12 @@ impl PathProblem {
         self.spin.map_or(0.0, |spin| spin.of(&self.frames[point], &forward::<C>(&self.robot, &q[..n])))
     }
 
+    /// The same of a posture, with the range.
+    pub(super) fn spin_of(&self, point: usize, q: &[f64]) -> (f64, (f64, f64)) {
+        let turn = |spin: SpinRange| (spin.of(&self.frames[point], &forward::<MAX_JOINTS>(&self.robot, q)), spin.range);
+        self.spin.map_or((0.0, (0.0, 0.0)), turn)
+    }
+
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::greedy::or_followed;
-use super::hooks::{Hooks, PlanError};
+use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::{Layers, Segment};
 use super::part::{Part, best_part};
 use super::points_of_search::first_points;
@@ -68,6 +68,7 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
         }
         wanted.extend(more);
     }
+    hooks.enter(Phase::Refine);
     let mut out = Searched::default();
     for rivals in &found {
         let (part, ways) = best_of(problem, known, rivals, most, hooks)?;
@@ -239,11 +240,8 @@ fn blocked(problem: &PathProblem, rivals: &[Segment], mut part: Part) -> Part {
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
-        part.failure = Some(if bounded {
-            PlanFailure { point: ended + 1, cause, joint: Some(joint) }
-        } else {
-            PlanFailure::at(ended + 1, FailureCause::NoWay)
-        });
+        part.failure =
+            Some(if bounded { PlanFailure::new(ended + 1, cause, Some(joint)) } else { PlanFailure::at(ended + 1, FailureCause::NoWay) });
     }
     part
 }

@@ -1,26 +1,28 @@
 //! A plan put together from its parts, and what is wrong with it.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
-use super::failure::{FailedJoint, FailureCause, PlanFailure};
+use super::failure::{FailureCause, Limited, PlanFailure, farthest_beyond};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::Cause;
 use super::layers::Layers;
 use super::part::Part;
+use super::postures::lands;
 use super::problem::{ON_PATH, PathProblem};
 use super::rivals::Way;
+use super::singular::Singularities;
 use crate::resolve::SolveStatus;
-use crate::robot::Joint;
 
-/// Part of a largest step that is rounding.
-const STEP_ROUNDING: f64 = 1e-9;
+/// A motion that exceeds its bound by less than this, relative, is at it: the refinement keeps to bounds to rounding.
+const AT_BOUND: f64 = 1e-9;
 
 /// A path planned as a whole.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Postures, n joints a row and one row a point; points that are not reached hold the posture of the nearest point that is.
     pub q: Vec<f64>,
-    /// Values of the objective, NaN where a point is not reached.
+    /// Values of the objective: NaN where a point is not reached, infinite where the objective has none, as in a singular posture.
     pub value: Vec<f64>,
     /// Distances of the tool point to the path \[m\].
     pub position_error: Vec<f64>,
@@ -46,6 +48,8 @@ pub struct Plan {
     pub failure: Option<PlanFailure>,
     /// The ways through the whole path that were compared, the best first: on other branches, on the other side of postures that are closed or much worse.
     pub ways: Vec<Way>,
+    /// What else is worth saying, in words.
+    pub notes: Vec<String>,
 }
 
 impl Plan {
@@ -67,17 +71,7 @@ impl Plan {
 
     /// The plan, failed at the first step that is larger than a problem allows.
     pub(super) fn judged_by_steps(mut self, problem: &PathProblem) -> Self {
-        let n = problem.n();
-        let share = |edge: usize, k: usize| (self.q[(edge + 1) * n + k] - self.q[edge * n + k]).abs() / problem.bounds[edge * n + k];
-        let worst = |edge: usize| (1..n).fold(0, |worst, k| if share(edge, k) > share(edge, worst) { k } else { worst });
-        let edges = self.failure.as_ref().map_or(problem.points() - 1, |failure| failure.point.saturating_sub(1));
-        if let Some(edge) = (0..edges).find(|&edge| share(edge, worst(edge)) > 1.0 + STEP_ROUNDING) {
-            let number = worst(edge);
-            let slides = problem.robot.joints()[number] == Joint::Prismatic;
-            let joint = Some(FailedJoint { number, slides, excess: share(edge, number), combination: None });
-            let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
-            self.failure = Some(PlanFailure { point: edge + 1, cause, joint });
-        }
+        self.failure = first_violation(problem, 0..problem.points(), &self);
         self
     }
 }
@@ -94,6 +88,12 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         value[points.clone()].copy_from_slice(&part.value);
         status[points].fill(if part.refined { SolveStatus::Converged } else { SolveStatus::OnTarget });
     }
+    // What a refinement that failed tells of motions is of postures beyond limits; those that are kept tell their own.
+    let of_motion = |failure: &PlanFailure| matches!(failure.cause, FailureCause::SpeedLimit | FailureCause::StepLimit);
+    let within = |part: &Part, failure: &PlanFailure| failure.point < part.first + part.len();
+    let failure = |part: &Part| part.failure.clone().filter(|failure| !(of_motion(failure) && within(part, failure)));
+    let mut failures: Vec<PlanFailure> = parts.iter().filter_map(failure).collect();
+    let beyond = within_limits(problem, &mut q, &mut value, &mut status, hooks)?;
     fill_gaps(problem, &mut q);
     let (position_error, axis_error) = problem.errors(&q);
     for i in 0..count {
@@ -101,11 +101,12 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
             (value[i], status[i]) = (f64::NAN, SolveStatus::Unreachable);
         }
     }
+    infinite_values(problem, &q, &mut value, &status);
     let off = position_error.iter().chain(&axis_error).any(|error| *error > ON_PATH);
-    let whole = parts.first().filter(|part| part.len() == count && !off);
+    let whole = parts.first().filter(|part| part.len() == count && !off && beyond.is_none());
     let mut plan = Plan {
         smoothness: parts.first().map_or(0.0, |part| part.smoothness),
-        cost: whole.map_or(f64::NAN, |part| part.cost),
+        cost: whole.map_or(f64::NAN, |part| if value.contains(&f64::INFINITY) { f64::INFINITY } else { part.cost }),
         motion: problem.motion_integral(0, &q),
         bound: f64::NAN,
         residual: parts.iter().map(|part| part.residual).reduce(|a, b| if b > a { b } else { a }).unwrap_or(f64::NAN),
@@ -113,14 +114,85 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         length: problem.length,
         failure: None,
         ways: Vec::new(),
+        notes: Vec::new(),
         q,
         value,
         position_error,
         axis_error,
         status,
     };
-    plan.failure = first_failure(problem, known, parts, &plan, hooks)?;
+    failures.extend(beyond);
+    failures.extend(parts.iter().filter_map(|part| first_violation(problem, part.first..part.first + part.len(), &plan)).next());
+    plan.failure = first_failure(problem, known, parts, &plan, failures, hooks)?;
     Ok(plan)
+}
+
+/// Whether a point is reached.
+fn is_reached(plan: &Plan, point: usize) -> bool {
+    plan.status[point] != SolveStatus::Unreachable
+}
+
+/// Brings postures that are beyond position limits within them, by Newton from where they are; those that do not get there are taken out. The first
+/// of these is the failure that is returned, with the joint that is farthest beyond.
+fn within_limits(
+    problem: &PathProblem,
+    q: &mut [f64],
+    value: &mut [f64],
+    status: &mut [SolveStatus],
+    hooks: &mut Hooks,
+) -> Result<Option<PlanFailure>, PlanError> {
+    let (n, limits) = (problem.n(), problem.robot.limits());
+    let mut first = None;
+    for (point, row) in q.chunks_exact_mut(n).enumerate() {
+        if !problem.limits || status[point] == SolveStatus::Unreachable || limits.settle(row) {
+            continue;
+        }
+        let mut there = row.to_vec();
+        let inside = limits.pull_inside(&mut there)
+            && lands(&problem.robot, &problem.task, &problem.targets[point], problem.length, true, &mut there)
+            && problem.allows_spin(point, &there)
+            && hooks.all_allowed(&there, n)?;
+        if inside {
+            row.copy_from_slice(&there);
+            (value[point], status[point]) = (problem.values(row)[0], SolveStatus::OnTarget);
+        } else {
+            let joint = farthest_beyond(&problem.robot, row).and_then(|(limited, beyond)| limited.failed(&problem.robot, beyond));
+            first.get_or_insert(PlanFailure::new(point, FailureCause::JointLimit, joint));
+            row.fill(f64::NAN);
+            (value[point], status[point]) = (f64::NAN, SolveStatus::Unreachable);
+        }
+    }
+    Ok(first)
+}
+
+/// Takes values for infinite where the objective has none.
+fn infinite_values(problem: &PathProblem, q: &[f64], value: &mut [f64], status: &[SolveStatus]) {
+    let singularities = Singularities::of(&problem.robot);
+    for (point, row) in q.chunks_exact(problem.n()).enumerate().filter(|(point, _)| status[*point] != SolveStatus::Unreachable) {
+        if value[point].is_nan() || (singularities.has(row) && problem.is_infinite(row, value[point])) {
+            value[point] = f64::INFINITY;
+        }
+    }
+}
+
+/// The first motion of a part from a point to the next that is larger than it may be, of the joint that exceeds its bound most; or the first spin
+/// out of its range. What was refined keeps to both; what was not may not.
+fn first_violation(problem: &PathProblem, part: Range<usize>, plan: &Plan) -> Option<PlanFailure> {
+    let n = problem.n();
+    let motion = |point: usize, k: usize| (plan.q[point * n + k] - plan.q[(point - 1) * n + k]).abs() / problem.bounds[(point - 1) * n + k];
+    let too_far = |point: usize| {
+        let worst = (0..n).map(|k| (k, motion(point, k))).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        let both = is_reached(plan, point - 1) && is_reached(plan, point);
+        (both && worst.1 > 1.0 + AT_BOUND).then(|| {
+            let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
+            PlanFailure::new(point, cause, Limited::Joint(worst.0).failed(&problem.robot, worst.1))
+        })
+    };
+    let posture = |point: usize| &plan.q[point * n..(point + 1) * n];
+    let spun = |point: &usize| is_reached(plan, *point) && !problem.allows_spin(*point, posture(*point));
+    let spin = part.clone().find(spun).map(|point| PlanFailure::at(point, FailureCause::SpinRange));
+    let motion = part.skip(1).find_map(too_far);
+    [motion, spin].into_iter().flatten().min_by_key(|failure| failure.point)
 }
 
 /// Gives rows that are not known the nearest one that is, the earlier of two; the middle of the ranges where there is none.
@@ -148,11 +220,11 @@ fn first_failure(
     known: &mut Layers,
     parts: &[Part],
     plan: &Plan,
+    mut failures: Vec<PlanFailure>,
     hooks: &mut Hooks,
 ) -> Result<Option<PlanFailure>, PlanError> {
     let n = problem.n();
-    let mut failures: Vec<PlanFailure> = parts.iter().filter_map(|part| part.failure.clone()).collect();
-    let is_reached = |point: &usize| plan.status[*point] != SolveStatus::Unreachable;
+    let is_reached = |point: &usize| is_reached(plan, *point);
     let count = plan.status.len();
     if let Some(bad) = (0..count).find(|point| !is_reached(point))
         && !failures.iter().any(|failure| failure.point <= bad)
@@ -188,7 +260,7 @@ fn cause_at(problem: &PathProblem, known: &mut Layers, point: usize, hooks: &mut
     if cause == Cause::JointLimit
         && let Some((limited, beyond)) = known.nearest_to_limits(point)
     {
-        return Ok(PlanFailure { point, cause: FailureCause::JointLimit, joint: limited.failed(&problem.robot, beyond) });
+        return Ok(PlanFailure::new(point, FailureCause::JointLimit, limited.failed(&problem.robot, beyond)));
     }
     let cause = match cause {
         _ if known.is_open(point) => FailureCause::NoWay,

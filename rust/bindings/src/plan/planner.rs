@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use redundancy::error::Error;
-use redundancy::plan::{Hooks, Plan, Planner, WarmStart};
+use redundancy::plan::{Hooks, Plan, Planner, Progress, WarmStart};
 
 use super::failure::PyPlanFailure;
 use super::path::{PyPath, rows_array};
@@ -37,6 +37,7 @@ pub struct PyPlannedPath {
     residual: f64,
     refined: bool,
     failure: Option<Py<PyPlanFailure>>,
+    notes: Vec<String>,
 }
 
 impl PyPlannedPath {
@@ -55,6 +56,7 @@ impl PyPlannedPath {
             residual: plan.residual,
             refined: plan.refined,
             failure: plan.failure.clone().map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
+            notes: plan.notes.clone(),
         })
     }
 }
@@ -70,7 +72,7 @@ impl PyPlannedPath {
 /// warm_start : tuple, optional
 ///     Path and postures (N, n) of an earlier plan.
 /// progress : callable, optional
-///     Called with the number of points that are done since the last call.
+///     Called with the share of the work that was done since the last call; all of them together are 1.
 #[pyfunction]
 #[pyo3(signature = (robot, path, task, objective, settings, feasible=None, warm_start=None, progress=None))]
 pub fn plan_path(
@@ -94,11 +96,11 @@ pub fn plan_path(
     let interruption = Interruption { objective, error: Mutex::new(None), asked: Mutex::new(Instant::now()) };
     let planned = py.detach(|| {
         let mut ask = feasible.as_ref().map(|feasible| |q: &[f64]| asked(feasible, q, n));
-        let mut tell = progress.as_ref().map(|progress| |points: usize| interruption.tell(progress, points));
+        let mut tell = progress.as_ref().map(|progress| |share: f64| interruption.tell(progress, share));
         let mut cancelled = || interruption.is_cancelled();
         planner.plan(&mut Hooks {
             feasible: ask.as_mut().map(|ask| ask as _),
-            progress: tell.as_mut().map(|tell| tell as _),
+            progress: tell.as_mut().map(|tell| Progress::new(tell)),
             cancelled: Some(&mut cancelled),
         })
     });
@@ -142,8 +144,8 @@ impl Interruption<'_> {
         self.error.lock().is_ok_and(|error| error.is_some())
     }
 
-    fn tell(&self, progress: &Py<PyAny>, points: usize) {
-        if let Err(error) = Python::attach(|py| progress.call1(py, (points,))) {
+    fn tell(&self, progress: &Py<PyAny>, share: f64) {
+        if let Err(error) = Python::attach(|py| progress.call1(py, (share,))) {
             self.keep(error);
         }
     }
