@@ -64,6 +64,7 @@ impl Planner {
     /// [`PlanError`] if the caller's predicate fails or the caller ends the work. A path that cannot be followed is no error: the plan's
     /// `failure` tells why.
     pub fn plan(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
+        let problem = &self.problem.with_steps(self.settings.max_step, LARGEST_STEP);
         let mut plan = self.best(problem, hooks)?;
         plan.failure = explained(problem, &self.settings, &self.choices[0], &plan, hooks)?;
         plan.notes = notes(&self.problem, &self.choices[0], &plan)?;
