@@ -16,10 +16,14 @@ use super::singular::Singularities;
 use super::verdict::Plan;
 use crate::robot::{AT_LIMIT, Robot};
 
-/// Points of the path at which a question is asked again, beside those around the one that fails.
-const POINTS: usize = 24;
+/// Spins and places of spare joints at which a question is asked again, all points together; and points, least and most, beside those around the
+/// one that fails.
+const SAMPLES: usize = 6000;
+const POINTS: (usize, usize) = (12, 400);
 /// Points on either side of it.
-const AROUND: usize = 4;
+const AROUND: usize = 3;
+/// A joint that moves further from one of these points to the next \[rad\] may turn more often than they tell.
+const TOLD: f64 = 2.0;
 /// A joint this near to its limit [rad or m] stands on it.
 const ON_LIMIT: f64 = 1e-6;
 
@@ -38,12 +42,13 @@ pub(super) fn explained(
     if of_point && !asked.is_open()? {
         return Ok(Some(missing_point(problem, spare, failure)));
     }
-    let ends_a_way =
-        matches!(failure.cause, FailureCause::NoWay | FailureCause::StepLimit | FailureCause::SpeedLimit | FailureCause::NotClosed);
-    if ends_a_way
-        && !asked.leads_on(problem, settings)?
-        && let Some(found) = asked.without_one()?
-    {
+    let may_lead_on = match failure.cause {
+        // The search found no way whatever the steps.
+        FailureCause::NoWay => false,
+        FailureCause::StepLimit | FailureCause::SpeedLimit => asked.leads_on(problem, settings)?,
+        _ => true,
+    };
+    if !may_lead_on && let Some(found) = asked.without_one()? {
         return Ok(Some(found));
     }
     Ok(Some(with_advice(problem, settings, plan, &by_its_bound(problem, settings, failure))))
@@ -76,8 +81,9 @@ impl Asked<'_, '_, '_> {
     /// The best way over the grid, whatever the steps, as far as it leads.
     fn way(&mut self, problem: &PathProblem, settings: &PlanSettings) -> Result<Way, PlanError> {
         let last = problem.points() - 1;
-        let mut points: Vec<usize> =
-            linspace(0.0, last as f64, POINTS.min(last + 1)).iter().map(|x| x.round_ties_even() as usize).collect();
+        let samples = self.spare.values.len() * if self.spare.spins { settings.n_angles } else { 1 };
+        let count = (SAMPLES / samples).clamp(POINTS.0, POINTS.1).min(last + 1);
+        let mut points: Vec<usize> = linspace(0.0, last as f64, count).iter().map(|x| x.round_ties_even() as usize).collect();
         points.extend(self.point.saturating_sub(AROUND)..=(self.point + AROUND).min(last));
         points.sort_unstable();
         points.dedup();
@@ -108,8 +114,9 @@ impl Asked<'_, '_, '_> {
             )));
         }
         if problem.limits {
-            let free = PathProblem { robot: Arc::new(any_turns(&problem.robot)), ..problem.clone() };
-            if let Some(failure) = self.out_of_turns(&free)? {
+            if wide_joints(&problem.robot, true).contains(&true)
+                && let Some(failure) = self.out_of_turns()?
+            {
                 return Ok(Some(failure));
             }
             if let Some(failure) = self.beyond_limits()? {
@@ -148,9 +155,10 @@ impl Asked<'_, '_, '_> {
     }
 
     /// The joint of which the way asks for more whole turns than its limits leave, where there is a way but for that.
-    fn out_of_turns(&mut self, free: &PathProblem) -> Result<Option<PlanFailure>, PlanError> {
-        let (n, robot) = (free.n(), &self.problem.robot);
-        let way = self.way(free, self.settings)?;
+    fn out_of_turns(&mut self) -> Result<Option<PlanFailure>, PlanError> {
+        let (n, robot) = (self.problem.n(), &self.problem.robot);
+        let free = PathProblem { robot: Arc::new(any_turns(robot)), ..self.problem.clone() };
+        let way = self.way(&free, self.settings)?;
         if way.points.last().is_none_or(|last| *last < self.point) {
             return Ok(None);
         }
@@ -163,10 +171,16 @@ impl Asked<'_, '_, '_> {
         if missing <= AT_LIMIT {
             return Ok(None);
         }
+        let Some(failed) = Limited::Joint(joint).failed(robot, missing) else { return Ok(None) };
+        let label = robot.joint_label(joint);
+        let column: Vec<f64> = way.q.iter().skip(joint).step_by(n).copied().collect();
+        if column.windows(2).any(|pair| (pair[1] - pair[0]).abs() > TOLD) {
+            let failed = FailedJoint { excess: f64::NAN, ..failed };
+            return Ok(Some(self.told(FailureCause::JointLimit, Some(failed), "it is out of whole turns there")));
+        }
         let whole = if way.points.last() == Some(&(self.problem.points() - 1)) { "the path needs" } else { "it would need" };
-        let (turns, label) = (turns(missing), robot.joint_label(joint));
-        let hint = format!("it is out of whole turns there: {whole} {turns} of {label} more than its position limits leave");
-        Ok(Some(self.told(FailureCause::JointLimit, Limited::Joint(joint).failed(robot, missing), &hint)))
+        let hint = format!("it is out of whole turns there: {whole} {} of {label} more than its position limits leave", turns(missing));
+        Ok(Some(self.told(FailureCause::JointLimit, Some(failed), &hint)))
     }
 
     /// The joint that is farthest beyond its limit at the point that fails, or after it, where there is a way without position limits.
