@@ -27,6 +27,7 @@
 mod bound;
 mod closed;
 mod constraints;
+mod continued;
 mod failure;
 mod frames;
 mod graph;
