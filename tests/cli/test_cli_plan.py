@@ -359,7 +359,7 @@ def test_map_of_a_task_without_free_spin_has_no_picture(tmp_path: Path) -> None:
     file = job(tmp_path, 'robot = "abb_irb2400"\n[task]\nkind = "full"\n[path]\nfile = "path.csv"\n')
     result = run("map", file, "--out", tmp_path / "out")
     assert result.exit_code == 0, result.output
-    assert "no spin free" in result.stderr
+    assert "neither a spin nor one joint alone free" in result.stderr
     assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["map.npz"]
     result = run("plan", file, "--out", tmp_path / "plan", "--no-pictures")
     assert result.exit_code == 0, result.output

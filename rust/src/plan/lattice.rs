@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::continued::continued;
 use super::failure::{Limited, farthest_beyond};
 use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
@@ -20,11 +21,6 @@ use crate::task::Task;
 
 /// A value from which on it is infinite but for rounding: that of a condition number whose smallest singular value is nothing but rounding.
 const INFINITE: f64 = 1e12;
-/// Cells of a point whose postures are searched from random ones where Newton alone finds any, and how many of these there are.
-const SEEDS: usize = 12;
-const RANDOM: usize = 96;
-/// A posture of the cell beside this near to one that is known [rad or m] leads there.
-const BESIDE: f64 = 0.2;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -343,32 +339,16 @@ impl Lattice {
         self.evaluate(q, &feasible, value, cause);
     }
 
-    /// The solutions of all cells of a point, by Newton: from random postures in some cells, from there to the cells beside them, forth and back.
+    /// The solutions of all cells of a point, by Newton from cell to cell.
     fn continued(&self, i: usize) -> Vec<Solutions> {
         let (a, frame) = (self.turns.len(), &self.frames[i]);
-        let (cells, moving) = (self.slices.len() * a, self.slices[0].moving.len());
-        let seeds = cells.div_ceil(SEEDS) | 1;
         let solve = |cell: usize, starts: &[f64], random: usize| {
             let inverse = self.slices[cell / a].inverse.as_ref();
             inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
         };
-        let random = |cell: usize| if cell.is_multiple_of(seeds) { RANDOM } else { 0 };
-        let mut all: Vec<Solutions> = (0..cells).map(|cell| solve(cell, &[], random(cell))).collect();
-        let order = self.order.iter().enumerate();
-        let order: Vec<usize> =
-            order.flat_map(|(k, slice)| (0..a).map(move |j| slice * a + if k % 2 == 0 { j } else { a - 1 - j })).collect();
-        let mut pass = |from: usize, to: usize| {
-            let (own, other) = (all[to], all[from]);
-            let known = |q: &[f64; 6]| (0..own.count).any(|k| distance(&own.q[k][..moving], &q[..moving]) < BESIDE);
-            let new = other.q[..other.count].iter().filter(|q| !known(q));
-            let starts: Vec<f64> = own.q[..own.count].iter().chain(new).flat_map(|q| &q[..moving]).copied().collect();
-            if starts.len() > own.count * moving {
-                all[to] = solve(to, &starts, 0);
-            }
-        };
-        order.windows(2).for_each(|pair| pass(pair[0], pair[1]));
-        order.windows(2).rev().for_each(|pair| pass(pair[1], pair[0]));
-        all
+        let angle = |k: usize, j: usize| if k % 2 == 0 { j } else { a - 1 - j };
+        let order: Vec<usize> = self.order.iter().enumerate().flat_map(|(k, slice)| (0..a).map(move |j| slice * a + angle(k, j))).collect();
+        continued(&order, self.slices[0].moving.len(), &solve)
     }
 
     /// The objective at the cells that hold a posture.
@@ -481,7 +461,7 @@ fn is_regular(value: f64) -> bool {
 }
 
 /// Largest difference of two postures up to whole turns.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y - TAU * ((x - y) / TAU).round()).abs()).fold(0.0, f64::max)
 }
 

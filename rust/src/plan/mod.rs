@@ -27,6 +27,7 @@
 mod bound;
 mod closed;
 mod constraints;
+mod continued;
 mod diagnosis;
 mod failure;
 mod floors;
