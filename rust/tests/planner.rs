@@ -49,7 +49,7 @@ fn hooks_are_asked_and_told() {
     let mut told = 0;
     let mut below = |q: &[f64]| Ok(q.chunks_exact(6).map(|q| q[4] < ceiling).collect());
     let mut progress = |points: usize| told += points;
-    let plan = planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(&mut progress), cancelled: None }).unwrap();
+    let plan = planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(&mut progress), ..Hooks::default() }).unwrap();
     assert!(plan.failure.is_some() || plan.q.chunks_exact(6).all(|q| q[4] < ceiling));
     assert!(told >= 31);
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::corridor::weighed;
 use super::hooks::{Hooks, PlanError};
 use super::part::{Part, best_part, refined_part};
 use super::problem::{ON_PATH, PathProblem};
@@ -30,7 +31,7 @@ pub(super) fn or_followed(problem: &PathProblem, parts: Vec<Part>, most: usize, 
             q[last + k] = q[k] + TAU * ((q[last + k] - q[k]) / TAU).round_ties_even();
         }
     }
-    let part = refined_part(problem, 0, &q, most, hooks)?;
+    let part = weighed(problem, refined_part(problem, 0, &q, most, hooks)?, &q, hooks)?;
     if parts.len() == 1 && parts[0].len() == part.len() {
         return Ok(vec![best_part(problem.criterion, parts.into_iter().chain([part]).collect())]);
     }

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::bound::least_value;
+use super::edges::EdgeTable;
 use super::failure::Limited;
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
@@ -64,6 +65,8 @@ pub(super) struct Layers<'a> {
     order: Vec<usize>,
     /// Least values that are known.
     least: HashMap<usize, f64>,
+    /// What the caller says of steps.
+    edges: EdgeTable,
 }
 
 impl<'a> Layers<'a> {
@@ -73,8 +76,8 @@ impl<'a> Layers<'a> {
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
         let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
-        let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
-        Ok(Self { problem, settings, lattice, spin_step, cells, order, least })
+        let (cells, order, least, edges) = (HashMap::new(), Vec::new(), HashMap::new(), EdgeTable::default());
+        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, edges })
     }
 
     /// Computes the cells of points, unless they are known.
@@ -137,7 +140,7 @@ impl<'a> Layers<'a> {
 
     /// Routes through some points whose cells are known, the last being the first where they are `closed`; bounds of the motion are multiplied by
     /// `haste`.
-    pub fn finder(&self, points: &[usize], closed: bool, haste: f64) -> RouteFinder<'a> {
+    pub fn finder(&mut self, points: &[usize], closed: bool, haste: f64, hooks: &mut Hooks) -> Result<RouteFinder<'a>, PlanError> {
         let (problem, settings, lattice) = (self.problem, self.settings, &self.lattice);
         let layers: Vec<&Cells> = points.iter().filter_map(|point| self.cells.get(point)).collect();
         let values = layers.iter().flat_map(|cells| &cells.value).copied();
@@ -155,7 +158,9 @@ impl<'a> Layers<'a> {
             slack: 0.0,
         };
         let limits = problem.limits.then(|| problem.robot.limits());
-        RouteFinder::new(self.graph(points, &layers, haste), search, limits, closed)
+        let mut graph = self.graph(points, &layers, haste);
+        graph.edges = self.edges.of(points, &graph, &search, haste, hooks)?;
+        Ok(RouteFinder::new(graph, search, limits, closed))
     }
 
     /// The graph of some points.
@@ -178,9 +183,11 @@ impl<'a> Layers<'a> {
             value: vec![f64::NAN; points.len() * cells],
             cause: Vec::with_capacity(points.len() * cells),
             wide: wide_joints(&problem.robot, problem.limits),
+            joint_weights: problem.joint_weights.clone(),
             weights: point_weights(&steps, false),
             steps,
             bounds: spans.iter().flat_map(|pair| (0..n).map(move |k| span(pair, k))).collect(),
+            edges: None,
         };
         for (layer, known) in layers.iter().enumerate() {
             graph.cause.extend_from_slice(&known.cause);

@@ -81,7 +81,9 @@ impl Planner {
             Some(earlier) => earlier.refined(problem, &self.path, settings.max_iterations, hooks)?,
             None => Vec::new(),
         };
-        let searches = if parts.is_empty() { settings.searches(!self.spare.joints.is_empty()) } else { 0 };
+        // Finer grids have many more steps to ask of.
+        let coarse = !self.spare.joints.is_empty() || hooks.edge_cost.is_some();
+        let searches = if parts.is_empty() { settings.searches(coarse) } else { 0 };
         for search in 0..searches {
             let mut layers = settings.layers;
             if search > 0 {

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::corridor::{polished, weighed};
 use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::greedy::or_followed;
@@ -49,7 +50,10 @@ pub(super) fn searched_parts(
         hooks.go_on()?;
         let runs = open_runs(known, &points);
         let whole = runs.len() == 1 && runs[0].len() == points.len();
-        found = runs.iter().flat_map(|run| routes(problem, known, run, whole)).collect();
+        found.clear();
+        for run in &runs {
+            found.extend(routes(problem, known, run, whole, hooks)?);
+        }
         let more = where_more_is_needed(problem, known, &points, &found, hooks)?;
         if more.is_empty() {
             break;
@@ -57,7 +61,8 @@ pub(super) fn searched_parts(
         wanted.extend(more);
     }
     let parts = found.iter().map(|rivals| best_of(problem, known, rivals, most, hooks)).collect::<Result<Vec<_>, _>>()?;
-    if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks) } else { Ok(parts) }
+    let parts = if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks)? } else { parts };
+    parts.into_iter().map(|part| polished(problem, part, hooks)).collect()
 }
 
 /// The runs of points that have postures.
@@ -67,12 +72,12 @@ fn open_runs(known: &Layers, points: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
-fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) -> Vec<Rivals> {
+fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bool, hooks: &mut Hooks) -> Result<Vec<Rivals>, PlanError> {
     let closed = problem.closed && whole;
     let bounded = problem.is_bounded();
     let slacks = if problem.criterion == Criterion::Minimax { &SLACKS[..] } else { &[0.0] };
     for haste in HASTES.into_iter().take(if bounded { HASTES.len() } else { 1 }) {
-        let mut finder = known.finder(points, closed, haste);
+        let mut finder = known.finder(points, closed, haste, hooks)?;
         let first = finder.find(slacks[0]);
         if first.cells.len() < points.len() {
             continue;
@@ -81,7 +86,7 @@ fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) 
         rivals.extend(slacks[1..].iter().map(|slack| finder.find(*slack)));
         if bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
-            rivals.push(known.finder(points, closed, f64::INFINITY).find(slacks[0]));
+            rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
         }
         let mut kept: Vec<FoundRoute> = Vec::new();
         for rival in rivals {
@@ -89,18 +94,18 @@ fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) 
                 kept.push(rival);
             }
         }
-        return vec![kept.into_iter().map(|route| segment(points, route)).collect()];
+        return Ok(vec![kept.into_iter().map(|route| segment(points, route)).collect()]);
     }
     let (mut parts, mut rest) = (Vec::new(), points);
     while !rest.is_empty() {
-        let part = segment(rest, known.finder(rest, false, 1.0).find(0.0));
+        let part = segment(rest, known.finder(rest, false, 1.0, hooks)?.find(0.0));
         if part.points.is_empty() {
             break;
         }
         rest = &rest[part.points.len()..];
         parts.push(vec![part]);
     }
-    parts
+    Ok(parts)
 }
 
 fn segment(points: &[usize], route: FoundRoute) -> Segment {
@@ -166,7 +171,7 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
     let mut parts: Vec<Part> = Vec::new();
     for segment in rivals {
         let (first, q) = segment.spread(n);
-        let part = tried_part(problem, first, &q, most, hooks)?;
+        let part = weighed(problem, tried_part(problem, first, &q, most, hooks)?, &q, hooks)?;
         let proven = rivals.len() > 1 && is_proven(problem, known, std::slice::from_ref(&part), hooks)?;
         parts.push(part);
         if proven {
@@ -174,7 +179,7 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
         }
     }
     let mut part = best_part(problem.criterion, parts);
-    if !part.refined && part.failure.is_none() {
+    if !part.refined && part.failure.is_none() && hooks.edge_cost.is_none() {
         part = refined_part(problem, part.first, &part.q, most, hooks)?;
     }
     let ended = rivals[0].points[rivals[0].points.len() - 1];
@@ -184,6 +189,8 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         part.failure = Some(if slow {
             PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint) }
+        } else if blockage.excess <= 1.0 && hooks.edge_cost.is_some() {
+            PlanFailure::at(ended + 1, FailureCause::EdgeCost)
         } else {
             PlanFailure::at(ended + 1, FailureCause::NoWay)
         });
