@@ -79,7 +79,9 @@ fn closes(problem: &PathProblem, part: &Part) -> bool {
 
 /// A part made better as far as postures next to it along their free motions allow. Without a caller's cost the part as it is.
 pub(super) fn polished(problem: &PathProblem, mut part: Part, hooks: &mut Hooks) -> Result<Part, PlanError> {
-    let broken = part.failure.as_ref().is_some_and(|failure| failure.cause != FailureCause::EdgeCost);
+    // A step of its own that is forbidden it may lose, what ends it or a limit not.
+    let own = |failure: &PlanFailure| failure.cause == FailureCause::EdgeCost && failure.point < part.first + part.len();
+    let broken = part.failure.as_ref().is_some_and(|failure| !own(failure));
     if hooks.edge_cost.is_none() || part.len() < 2 || problem.freedoms() == 0 || broken {
         return Ok(part);
     }

@@ -88,6 +88,10 @@ fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bo
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
             rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
         }
+        if hooks.edge_cost.is_some() {
+            // The way that is best but for the caller's costs: a plan with them is to be no worse than one without.
+            rivals.push(known.finder(points, closed, haste, &mut Hooks::default())?.find(slacks[0]));
+        }
         let mut kept: Vec<FoundRoute> = Vec::new();
         for rival in rivals {
             if kept.iter().all(|other| other.q != rival.q) {
@@ -179,8 +183,9 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
         }
     }
     let mut part = best_part(problem.criterion, parts);
-    if !part.refined && part.failure.is_none() && hooks.edge_cost.is_none() {
-        part = refined_part(problem, part.first, &part.q, most, hooks)?;
+    if !part.refined && part.failure.is_none() {
+        let again = refined_part(problem, part.first, &part.q, most, hooks)?;
+        part = weighed(problem, again, &part.q, hooks)?;
     }
     let ended = rivals[0].points[rivals[0].points.len() - 1];
     if let Some(blockage) = rivals[0].blocked.filter(|_| ended + 1 < problem.points()) {
