@@ -2,8 +2,9 @@
 
 use super::graph::{Criterion, Graph, Route, Search};
 
-/// Searches over sets of postures before the best that was found has to do.
+/// Searches over sets of postures before the best that was found has to do, and the steps that all of them may look at.
 const MAX_SEARCHES: usize = 48;
+const MAX_STEPS: usize = 400_000_000;
 /// Of how many searches one has its ends tried as seams.
 const TRIED: usize = 4;
 /// A bound this near to the best route, relative, leaves nothing to be found.
@@ -64,7 +65,7 @@ fn best_closed(graph: &Graph, search: &Search, ceiling: Option<f64>, hint: &Rout
         best = better(best, closing(&[graph.seam(cell)]));
     }
     let mut sets = vec![Seams { seams: graph.seams(), bound: f64::NEG_INFINITY }];
-    for search in 0..MAX_SEARCHES {
+    for at_most in 0..MAX_SEARCHES.min(MAX_STEPS / graph.steps_of_sweep(search).max(1)) {
         let Some(at) = (0..sets.len()).min_by(|&i, &j| sets[i].bound.total_cmp(&sets[j].bound)) else { break };
         let set = sets.swap_remove(at);
         if set.bound >= best.cost - CLOSE * best.cost.abs() {
@@ -77,7 +78,7 @@ fn best_closed(graph: &Graph, search: &Search, ceiling: Option<f64>, hint: &Rout
             continue;
         }
         let bound = route.cost;
-        if search % TRIED == 0 {
+        if at_most % TRIED == 0 {
             for seam in [first, end] {
                 best = better(best, closing(&[seam]));
             }

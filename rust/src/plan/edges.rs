@@ -27,6 +27,8 @@ pub struct EdgeCosts {
     /// Neighbouring branches of one name in the cells that were asked of.
     copies: usize,
     layers: Vec<Arc<Steps>>,
+    /// Whether the layers are those of the path from its end to its start.
+    backwards: bool,
 }
 
 /// What is known of the steps between points of a path.
@@ -37,13 +39,19 @@ pub(super) struct EdgeTable {
 }
 
 impl EdgeCosts {
+    /// The same from the end of the path to its start.
+    pub(super) fn reversed(&self) -> Self {
+        Self { backwards: !self.backwards, ..self.clone() }
+    }
+
     /// The cost of a step into a cell of a layer, in a graph whose branches have `copies` of one name; infinite if it was not asked of.
     #[inline(always)]
     pub(super) fn cost(&self, layer: usize, from: usize, to: usize, copies: usize) -> f64 {
         let turns = copies / self.copies;
         // A path that is searched twice round has the same layers again.
-        let steps = &self.layers[(layer - 1) % self.layers.len()];
-        let to = to / turns;
+        let layer = (layer - 1) % self.layers.len();
+        let (layer, from, to) = if self.backwards { (self.layers.len() - 1 - layer, to, from) } else { (layer, from, to) };
+        let (steps, to) = (&self.layers[layer], to / turns);
         let (first, end) = (steps.start[to] as usize, steps.start[to + 1] as usize);
         steps.from[first..end].binary_search(&((from / turns) as u32)).map_or(f64::INFINITY, |i| steps.cost[first + i])
     }
@@ -75,7 +83,7 @@ impl EdgeTable {
             };
             layers.push(steps);
         }
-        Ok(Some(EdgeCosts { copies: graph.copies, layers }))
+        Ok(Some(EdgeCosts { copies: graph.copies, layers, backwards: false }))
     }
 }
 

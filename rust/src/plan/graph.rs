@@ -102,9 +102,12 @@ pub struct Blockage {
 }
 
 /// Labels of a layer and the cells they came from.
-struct Labels {
-    cost: Vec<f64>,
-    from: Vec<u32>,
+#[derive(Debug, Clone)]
+pub(super) struct Labels {
+    /// What the best route to each cell costs; infinite where there is none.
+    pub cost: Vec<f64>,
+    /// The cell of the layer before from which it comes.
+    pub from: Vec<u32>,
 }
 
 impl Graph {
@@ -138,6 +141,11 @@ impl Graph {
         &self.q[at..at + self.n]
     }
 
+    /// The postures of a cell at every layer.
+    pub(super) fn postures(&self, cells: &[usize]) -> Vec<f64> {
+        cells.iter().enumerate().flat_map(|(layer, &cell)| self.posture(layer, cell)).copied().collect()
+    }
+
     /// Whether a cell holds a posture.
     #[inline(always)]
     pub(super) fn open(&self, layer: usize, cell: usize) -> bool {
@@ -145,7 +153,7 @@ impl Graph {
     }
 
     #[inline(always)]
-    fn value_of(&self, layer: usize, cell: usize) -> f64 {
+    pub(super) fn value_of(&self, layer: usize, cell: usize) -> f64 {
         self.value[layer * self.cells() + cell]
     }
 
@@ -181,17 +189,19 @@ impl Graph {
     /// One pass of dynamic programming; under a ceiling the values themselves do not count. `ends` are the cells at which a route may start and
     /// end.
     pub(super) fn sweep(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Route {
+        backtrack(&self.labels(search, ends, ceiling))
+    }
+
+    /// What the best route to every cell costs, layer by layer as far as there is a way.
+    pub(super) fn labels(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Vec<Labels> {
         let last = self.layers() - 1;
         let allowed = |layer: usize, cell: usize| {
             self.open(layer, cell)
                 && ceiling.is_none_or(|ceiling| self.value_of(layer, cell) <= ceiling)
                 && ends.is_none_or(|ends| (layer != 0 && layer != last) || ends[cell])
         };
-        let own = |layer: usize, cell: usize| match (search.criterion, ceiling) {
-            (Criterion::Minimax, _) => self.value_of(layer, cell),
-            (Criterion::Integral, None) => self.weights[layer] * self.value_of(layer, cell),
-            (Criterion::Integral, Some(_)) => 0.0,
-        };
+        let own =
+            |layer: usize, cell: usize| if ceiling.is_none() { self.own(search, layer, cell) } else { self.free(search, layer, cell) };
         let start = (0..self.cells()).map(|cell| if allowed(0, cell) { own(0, cell) } else { f64::INFINITY }).collect();
         let mut labels = vec![Labels { cost: start, from: Vec::new() }];
         for layer in 1..=last {
@@ -202,7 +212,7 @@ impl Graph {
             let best = |cell: usize| {
                 if allowed(layer, cell) { self.best_step(search, layer, cell, before, own(layer, cell)) } else { (f64::INFINITY, 0) }
             };
-            let edges = self.cells() * self.branches * (2 * search.window + 1) * (2 * search.slice_window + 1);
+            let edges = self.steps_of_sweep(search) / self.layers();
             let found: Vec<(f64, u32)> = if edges >= PARALLEL {
                 (0..self.cells()).into_par_iter().with_min_len(16).map(best).collect()
             } else {
@@ -211,7 +221,46 @@ impl Graph {
             let (cost, from) = found.into_iter().unzip();
             labels.push(Labels { cost, from });
         }
-        backtrack(&labels)
+        labels
+    }
+
+    /// How many steps from cell to cell a sweep looks at, at most.
+    pub(super) fn steps_of_sweep(&self, search: &Search) -> usize {
+        let branches = if self.named && search.branch_step == 0.0 { self.copies } else { self.branches };
+        let spins = (2 * search.window + 1).min(self.angles);
+        let slices = (2 * search.slice_window + 1).min(self.slices);
+        self.layers() * self.cells() * branches * spins * slices
+    }
+
+    /// What a cell itself costs.
+    pub(super) fn own(&self, search: &Search, layer: usize, cell: usize) -> f64 {
+        match search.criterion {
+            Criterion::Minimax => self.value_of(layer, cell),
+            Criterion::Integral => self.weights[layer] * self.value_of(layer, cell),
+        }
+    }
+
+    /// The same where values do not count.
+    fn free(&self, search: &Search, layer: usize, cell: usize) -> f64 {
+        if search.criterion == Criterion::Minimax { self.value_of(layer, cell) } else { 0.0 }
+    }
+
+    /// The layers from the last to the first.
+    pub(super) fn reversed(&self) -> Self {
+        let turned = |values: &[f64], width: usize| values.chunks_exact(width).rev().flatten().copied().collect::<Vec<f64>>();
+        let cells = self.cells();
+        Self {
+            q: turned(&self.q, cells * self.n),
+            value: turned(&self.value, cells),
+            cause: self.cause.chunks_exact(cells).rev().flatten().copied().collect(),
+            weights: turned(&self.weights, 1),
+            steps: turned(&self.steps, 1),
+            bounds: turned(&self.bounds, self.n),
+            wide: self.wide.clone(),
+            joint_weights: self.joint_weights.clone(),
+            edges: self.edges.as_ref().map(EdgeCosts::reversed),
+            ..*self
+        }
     }
 
     /// The cheapest step into a cell, and where it comes from.
@@ -221,8 +270,10 @@ impl Graph {
         let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
         let factor = search.smoothness / self.steps[layer - 1];
         let mut best = (f64::INFINITY, 0);
+        // A worst value is never less than the cell's own.
+        let least = if search.criterion == Criterion::Minimax { own } else { f64::NEG_INFINITY };
         self.each_origin(search, cell, |from, largest| {
-            if before[from] >= best.0 {
+            if best.0 <= least || before[from] >= best.0 {
                 return;
             }
             if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {

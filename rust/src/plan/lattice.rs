@@ -13,8 +13,12 @@ use crate::index::Objective;
 use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
+use crate::linalg::vector::Vec3;
 use crate::robot::{AT_LIMIT, Robot};
 use crate::task::Task;
+
+/// A value from which on it is infinite but for rounding: that of a condition number whose smallest singular value is nothing but rounding.
+const INFINITE: f64 = 1e12;
 
 /// Why a cell holds no posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,6 +84,8 @@ struct Slice {
 pub struct Lattice {
     robot: Arc<Robot>,
     frames: Arc<[Frame]>,
+    axis: Vec3,
+    angles: Vec<f64>,
     turns: Vec<Frame>,
     slices: Vec<Slice>,
     objective: Option<Objective>,
@@ -123,7 +129,8 @@ impl Lattice {
         let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
         let branches = if slices.iter().all(|slice| slice.inverse.has_branches()) { 8 } else { MAX_SOLUTIONS };
-        Ok(Self { robot, frames, turns, slices, objective, limits, branches })
+        let angles = angles.to_vec();
+        Ok(Self { robot, frames, axis, angles, turns, slices, objective, limits, branches })
     }
 
     /// The robot.
@@ -134,6 +141,11 @@ impl Lattice {
     /// Number of points.
     pub fn points(&self) -> usize {
         self.frames.len()
+    }
+
+    /// A spin of the grid \[rad\].
+    pub(super) fn spin(&self, angle: usize) -> f64 {
+        self.angles[angle]
     }
 
     /// Spin angles of the grid.
@@ -244,6 +256,24 @@ impl Lattice {
             .for_each_init(|| vec![0.0; cells * n], |q, (i, (value, cause))| self.point(first + i, q, value, cause));
     }
 
+    /// Postures and values of the open cells of point `i` at a spin of its own, on a branch, with nothing to spare.
+    pub(super) fn spun(&self, i: usize, spin: f64, branch: usize) -> Option<(Vec<f64>, f64)> {
+        let slice = &self.slices[0];
+        let found = slice.inverse.solve(&self.frames[i].compose(&Frame::rotation(self.axis, spin)));
+        let k = (0..found.count).find(|&k| usize::from(found.branch[k]) == branch && !found.singular[k])?;
+        let mut row = vec![0.0; self.robot.n()];
+        slice.expand(&found, k, &mut row);
+        self.robot.turn_together(&mut row, &slice.held);
+        if self.limits && !self.robot.limits().settle(&mut row) {
+            return None;
+        }
+        let mut value = [0.0];
+        if let Some(objective) = &self.objective {
+            objective.values_of(&self.robot, &row, &mut value);
+        }
+        is_regular(value[0]).then(|| (row, value[0]))
+    }
+
     /// One point.
     fn point(&self, i: usize, q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
         let (n, b, a) = (self.robot.n(), self.branches, self.turns.len());
@@ -261,8 +291,9 @@ impl Lattice {
                     slice.expand(&found, k, row);
                     self.robot.turn_together(row, &slice.held);
                     if !self.limits || self.robot.limits().settle(row) {
-                        cause[cell] = Cause::Feasible as u8;
-                        feasible.push(cell);
+                        // Where a joint may be chosen, the one that was is no neighbour of anything.
+                        cause[cell] = if found.singular[k] { Cause::Singular } else { Cause::Feasible } as u8;
+                        feasible.extend((!found.singular[k]).then_some(cell));
                     } else {
                         cause[cell] = Cause::JointLimit as u8;
                     }
@@ -286,7 +317,7 @@ impl Lattice {
         let mut values = vec![f64::NAN; feasible.len()];
         objective.values_of(&self.robot, &postures, &mut values);
         for (&cell, got) in feasible.iter().zip(values) {
-            if got.is_finite() {
+            if is_regular(got) {
                 value[cell] = got;
             } else {
                 cause[cell] = Cause::Singular as u8;
@@ -376,6 +407,11 @@ impl Slice {
             row[*joint] = x;
         }
     }
+}
+
+/// Whether a value is none of a singularity, where it is infinite but for rounding.
+fn is_regular(value: f64) -> bool {
+    value.abs() < INFINITE
 }
 
 /// Largest difference of two postures up to whole turns.

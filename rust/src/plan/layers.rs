@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::bound::least_value;
 use super::edges::EdgeTable;
 use super::failure::Limited;
+use super::floors::{Bottleneck, Floors, least_between};
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
@@ -33,6 +34,12 @@ const REACH: f64 = 2.0;
 const SPARE_SHARE: usize = 8;
 /// Points whose least values are found between two signs of life.
 const BOUNDED: usize = 64;
+/// By how much the spin may change from a point to the next in a bound [rad]: more than joints do within the largest step.
+const LEAP: f64 = 0.5;
+/// Samples in which an interval of the spin is cut to find its least value.
+const CUT: usize = 8;
+/// Samples at either side of a way that belong to it.
+const BESIDE: usize = 3;
 
 /// A stretch of layers with a route: the layers' points, their postures, and what ended it, if anything.
 #[derive(Debug, Clone)]
@@ -43,14 +50,23 @@ pub(super) struct Segment {
     pub q: Vec<f64>,
     /// What keeps the next layer from being reached.
     pub blocked: Option<Blockage>,
+    /// Which of the ways through these points it is.
+    pub way: usize,
+    /// What it costs on the grid.
+    pub cost: f64,
 }
 
 impl Segment {
     /// All points of the segment, the first of them and postures, in between by interpolation.
     pub fn spread(&self, n: usize) -> (usize, Vec<f64>) {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        (first, self.at(&(first..=last).collect::<Vec<_>>(), n))
+    }
+
+    /// Postures at some points in its range, by interpolation.
+    pub fn at(&self, points: &[usize], n: usize) -> Vec<f64> {
         let known: Vec<f64> = self.points.iter().map(|&point| point as f64).collect();
-        (first, interpolated((first..=last).map(|point| point as f64), &known, &self.q, n))
+        interpolated(points.iter().map(|&point| point as f64), &known, &self.q, n)
     }
 }
 
@@ -67,17 +83,38 @@ pub(super) struct Layers<'a> {
     least: HashMap<usize, f64>,
     /// What the caller says of steps.
     edges: EdgeTable,
+    spare: &'a SpareGrid,
+    /// Values above which a cell is of no use.
+    ceiling: f64,
+    floors: Floors,
+    /// What no connected way is better than, as far as it is known.
+    pub connected: f64,
 }
 
 impl<'a> Layers<'a> {
     /// None yet; over a grid of `finer` times as many spins as the settings say.
-    pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &SpareGrid, finer: usize) -> Result<Self, Error> {
+    pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &'a SpareGrid, finer: usize) -> Result<Self, Error> {
         let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
         let lattice = Lattice::new(robot, frames, &problem.asked, &angles, spare, objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
         let (cells, order, least, edges) = (HashMap::new(), Vec::new(), HashMap::new(), EdgeTable::default());
-        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, edges })
+        let (around, ceiling) = (settings.spin_range.is_none(), f64::INFINITY);
+        let leap = (LEAP / spin_step).round_ties_even() as usize;
+        let floors = Floors::new(lattice.angles(), lattice.branches(), around, leap);
+        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, edges, spare, ceiling, floors, connected: f64::NEG_INFINITY })
+    }
+
+    /// None yet over a grid `finer` times as fine, in which only what is better than `ceiling` counts.
+    pub fn finer(&self, finer: usize, ceiling: f64) -> Result<Self, Error> {
+        Ok(Self { ceiling, ..Self::new(self.problem, self.settings, self.spare, finer)? })
+    }
+
+    /// The points that are known, in order.
+    pub fn points(&self) -> Vec<usize> {
+        let mut points = self.order.clone();
+        points.sort_unstable();
+        points
     }
 
     /// Computes the cells of points, unless they are known.
@@ -122,6 +159,11 @@ impl<'a> Layers<'a> {
         self.cells.get(&point).is_some_and(Cells::is_open)
     }
 
+    /// Whether a point that is known has no posture but singular ones, which a way passes through.
+    pub fn is_singular(&self, point: usize) -> bool {
+        !self.is_open(point) && self.cells.get(&point).is_some_and(|cells| cells.cause.contains(&(Cause::Singular as u8)))
+    }
+
     /// Why a point that is known has no posture: of its cells, the one that came nearest to having one counts.
     pub fn worst_cause(&self, point: usize) -> Option<Cause> {
         let worst = self.cells.get(&point)?.cause.iter().max()?;
@@ -141,6 +183,22 @@ impl<'a> Layers<'a> {
     /// Routes through some points whose cells are known, the last being the first where they are `closed`; bounds of the motion are multiplied by
     /// `haste`.
     pub fn finder(&mut self, points: &[usize], closed: bool, haste: f64, hooks: &mut Hooks) -> Result<RouteFinder<'a>, PlanError> {
+        let mut edges = std::mem::take(&mut self.edges);
+        let finder = self.finder_among(points, closed, haste, &|_, _| true, &mut edges, hooks);
+        self.edges = edges;
+        finder
+    }
+
+    /// The same among those cells (layer, cell) that are allowed.
+    fn finder_among(
+        &self,
+        points: &[usize],
+        closed: bool,
+        haste: f64,
+        allowed: &dyn Fn(usize, usize) -> bool,
+        edges: &mut EdgeTable,
+        hooks: &mut Hooks,
+    ) -> Result<RouteFinder<'a>, PlanError> {
         let (problem, settings, lattice) = (self.problem, self.settings, &self.lattice);
         let layers: Vec<&Cells> = points.iter().filter_map(|point| self.cells.get(point)).collect();
         let values = layers.iter().flat_map(|cells| &cells.value).copied();
@@ -152,19 +210,45 @@ impl<'a> Layers<'a> {
             around: settings.spin_range.is_none(),
             branch_step: match (lattice.has_branches(), settings.branch_changes) {
                 (false, _) => NAMELESS_STEP,
-                (true, true) => BRANCH_STEP,
-                (true, false) => 0.0,
+                // Branches meet where a joint that is held turns back.
+                (true, _) if settings.branch_changes || lattice.held() > 0 => BRANCH_STEP,
+
+                (true, _) => 0.0,
             },
             slack: 0.0,
         };
         let limits = problem.limits.then(|| problem.robot.limits());
-        let mut graph = self.graph(points, &layers, haste);
-        graph.edges = self.edges.of(points, &graph, &search, haste, hooks)?;
+        let mut graph = self.graph(points, &layers, haste, allowed);
+        graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
         Ok(RouteFinder::new(graph, search, limits, closed))
     }
 
+    /// Points at which a search begins.
+    pub fn first_layers(&self) -> usize {
+        self.settings.layers
+    }
+
+    /// Routes along a way of intervals of the spin: as `finder`, with all cells closed that are further than a few from it.
+    pub fn finder_along(&self, way: &[(usize, usize)], hooks: &mut Hooks) -> Result<RouteFinder<'a>, PlanError> {
+        let (b, angles) = (self.lattice.branches(), self.lattice.angles());
+        let points: Vec<usize> = way.iter().map(|(point, _)| *point).collect();
+        let mut kept: Vec<Vec<bool>> = Vec::with_capacity(way.len());
+        for (layer, _) in way.iter().enumerate() {
+            let mut open = vec![false; self.lattice.cells()];
+            // Between two layers a way may pass all that is between its intervals.
+            for &(_, interval) in &way[layer.saturating_sub(1)..(layer + 2).min(way.len())] {
+                for by in 0..=2 * BESIDE {
+                    let angle = (interval / b + angles + by - BESIDE) % angles;
+                    open[angle * b + interval % b] = true;
+                }
+            }
+            kept.push(open);
+        }
+        self.finder_among(&points, false, f64::INFINITY, &|layer, cell| kept[layer][cell], &mut EdgeTable::default(), hooks)
+    }
+
     /// The graph of some points.
-    fn graph(&self, points: &[usize], layers: &[&Cells], haste: f64) -> Graph {
+    fn graph(&self, points: &[usize], layers: &[&Cells], haste: f64, allowed: &dyn Fn(usize, usize) -> bool) -> Graph {
         let (problem, lattice) = (self.problem, &self.lattice);
         let (n, cells) = (problem.n(), lattice.cells());
         let spans: Vec<(usize, usize)> = points.windows(2).map(|pair| (pair[0], pair[1])).collect();
@@ -193,6 +277,9 @@ impl<'a> Layers<'a> {
             graph.cause.extend_from_slice(&known.cause);
             for (i, &cell) in known.open.iter().enumerate() {
                 let at = layer * cells + cell as usize;
+                if known.value[i] > self.ceiling || !allowed(layer, cell as usize) {
+                    graph.cause[at] = Cause::Singular as u8;
+                }
                 graph.value[at] = known.value[i];
                 graph.q[at * n..(at + 1) * n].copy_from_slice(&known.q[i * n..(i + 1) * n]);
             }
@@ -281,6 +368,64 @@ impl<'a> Layers<'a> {
             hooks.advance(new.len());
         }
         Ok(all)
+    }
+
+    /// Whether the least bottleneck over connected ways can be told: branches are known by name along one line of spins.
+    pub fn has_floors(&self) -> bool {
+        self.lattice.has_branches() && self.lattice.slices() == 1 && self.lattice.angles() > 2 && !self.settings.branch_changes
+    }
+
+    /// The least bottleneck of the layers that are known.
+    pub fn bottleneck(&mut self) -> Option<Bottleneck> {
+        let new: Vec<usize> = self.order.iter().copied().filter(|&point| !self.floors.has(point) && self.is_open(point)).collect();
+        for point in new {
+            let cells = &self.cells[&point];
+            let mut value = vec![f64::INFINITY; self.lattice.cells()];
+            cells.open.iter().zip(&cells.value).for_each(|(&cell, &known)| value[cell as usize] = known);
+            self.floors.add(point, value);
+        }
+        self.floors.bottleneck()
+    }
+
+    /// Replaces the first guess of an interval's least value by its minimum: from finer samples, and from there by Newton. Of those intervals of a
+    /// way whose guess is below `target`, the lowest `most`. Whether there was any.
+    pub fn sharpen(&mut self, way: &[(usize, usize)], target: f64, most: usize) -> bool {
+        let floors = &self.floors;
+        let mut blunt: Vec<(usize, usize)> =
+            way.iter().copied().filter(|&(point, i)| !floors.is_sharp(point, i) && floors.least(point, i) < target).collect();
+        let least = |&(point, i): &(usize, usize)| floors.least(point, i);
+        blunt.sort_by(|a, b| least(b).total_cmp(&least(a)));
+        blunt.truncate(most);
+        let found: Vec<f64> = blunt.par_iter().map(|&(point, interval)| self.least_within(point, interval)).collect();
+        for (&(point, interval), least) in blunt.iter().zip(found) {
+            if let Some(line) = self.floors.line_mut(point) {
+                (line.least[interval], line.sharp[interval]) = (least, true);
+            }
+        }
+        !blunt.is_empty()
+    }
+
+    /// The least value of an interval of spins: between finer samples, and by Newton where it is at one of them.
+    fn least_within(&self, point: usize, interval: usize) -> f64 {
+        let (angle, branch) = (interval / self.lattice.branches(), interval % self.lattice.branches());
+        let allowed = |spin: f64| self.settings.spin_range.is_none_or(|(low, high)| (low..=high).contains(&spin));
+        let sample = |k: usize| {
+            let spin = self.lattice.spin(angle) + self.spin_step * (k as f64 - 1.0) / CUT as f64;
+            if allowed(spin) { self.lattice.spun(point, spin, branch) } else { None }
+        };
+        // One sample more at either side, for the slopes there.
+        let samples: Vec<Option<(Vec<f64>, f64)>> = (0..CUT + 3).map(sample).collect();
+        let value = |k: usize| samples[k].as_ref().map_or(f64::INFINITY, |(_, value)| *value);
+        let four = |k: usize| [value(k - 1), value(k), value(k + 1), value(k + 2)];
+        let guess = (1..=CUT).map(|k| least_between(four(k))).fold(f64::INFINITY, f64::min);
+        let lowest = (1..=CUT + 1).fold(1, |best, k| if value(k) < value(best) { k } else { best });
+        let inside = value(lowest) <= value(lowest - 1)
+            && value(lowest) <= value(lowest + 1)
+            && value(lowest - 1).max(value(lowest + 1)).is_finite();
+        match &samples[lowest] {
+            Some((q, value)) if inside => least_value(&self.problem.alone(point), q, &[*value]).max(guess),
+            _ => guess,
+        }
     }
 
     fn add_quietly(&mut self, point: usize, hooks: &mut Hooks) -> Result<(), PlanError> {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::constraints::{Constraint, Kind};
-use super::corridor::{polished, weighed};
+use super::corridor::weighed;
 use super::failure::{FailedJoint, FailureCause, Limited, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
@@ -20,6 +20,8 @@ const PROVEN: f64 = 1e-7;
 const TIE: f64 = 1e-7;
 /// Newton steps that are enough unless a path creeps.
 const TRIAL: usize = 40;
+/// The same for a path that is near its optimum most likely.
+const PATIENT: usize = 100;
 /// Weight of the motion beside the mean, relative, where that is a start for a worst value.
 const STEADY: f64 = 1e-3;
 /// Share of the largest step below which a route is refined without it.
@@ -66,6 +68,11 @@ impl Part {
         self.is_optimum() && self.worst() <= bound * (1.0 + PROVEN)
     }
 
+    /// Whether the worst value is within a part of itself of a lower bound.
+    pub fn is_within(&self, bound: f64, gap: f64) -> bool {
+        self.worst() - bound <= gap * self.worst().abs()
+    }
+
     /// Whether this is an optimum that can be followed.
     pub fn is_optimum(&self) -> bool {
         self.refined && self.failure.is_none()
@@ -82,11 +89,22 @@ pub(super) fn refined_part(problem: &PathProblem, first: usize, q: &[f64], most:
     Ok(best_part(problem.criterion, vec![part, again]))
 }
 
+/// Refines postures with a few steps.
+pub(super) fn first_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    refined_once(problem, first, q, most.min(TRIAL), hooks)
+}
+
+/// Refines postures that come from an optimum over fewer points; from afar where that fails.
+pub(super) fn next_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let part = refined_once(problem, first, q, most.min(PATIENT), hooks)?;
+    if part.is_optimum() { Ok(part) } else { refined_part(problem, first, q, most, hooks) }
+}
+
 /// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
 /// reached at once.
-pub(super) fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     let most = most.min(TRIAL);
-    let part = refined_once(problem, first, q, most, hooks)?;
+    let part = first_part(problem, first, q, most, hooks)?;
     if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
         let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
         let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };
@@ -195,6 +213,14 @@ pub(super) fn better_parts(criterion: Criterion, old: Vec<Part>, new: Vec<Part>)
     }
 }
 
+/// The worst value of a whole path; infinite where there is none.
+pub(super) fn worst(parts: &[Part]) -> f64 {
+    match parts {
+        [part] if part.is_optimum() => part.worst(),
+        _ => f64::INFINITY,
+    }
+}
+
 /// An earlier plan of another path, from which one is made at once.
 #[derive(Debug, Clone)]
 pub struct WarmStart {
@@ -221,7 +247,6 @@ impl WarmStart {
         };
         let q = interpolated(places(path).into_iter(), &places(&self.path), &self.q, self.n);
         let part = weighed(problem, refined_part(problem, 0, &q, most, hooks)?, &q, hooks)?;
-        let part = polished(problem, part, hooks)?;
         let (distance, angle) = problem.errors(&part.q);
         let on_path = distance.iter().chain(&angle).all(|error| *error <= ON_PATH);
         Ok(if part.is_optimum() && on_path { vec![part] } else { Vec::new() })

@@ -2,23 +2,24 @@
 
 use std::sync::Arc;
 
+use super::corridor::polished;
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
 use super::layers::Layers;
-use super::part::{Part, WarmStart, better_parts};
+use super::part::{WarmStart, better_parts, worst};
 use super::path::Path;
 use super::problem::PathProblem;
-use super::proof::{is_proven, proven_bound};
+use super::proof::proven_bound;
 use super::settings::{Aim, PlanSettings};
-use super::strategy::searched_parts;
+use super::strategy::{improved, is_worth_more, searched};
 use super::verdict::{Plan, assembled};
 use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::robot::Robot;
 use crate::task::Task;
 
-/// A joint that moves further from point to point [rad or m] jumps, where the path leaves it another way.
-const JUMP: f64 = 0.5;
+/// Largest motion of a turning joint between neighbouring points of a path without times \[rad\], where nothing else is said.
+const LARGEST_STEP: f64 = 0.25;
 
 /// Plans the free motion of a robot along a whole path: the spin of its tool, and its spare joints.
 ///
@@ -62,49 +63,60 @@ impl Planner {
     /// [`PlanError`] if the caller's predicate fails or the caller ends the work. A path that cannot be followed is no error: the plan's
     /// `failure` tells why.
     pub fn plan(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
-        if let Some(max_step) = self.settings.max_step {
-            return self.planned(&self.problem.with_step(max_step), hooks);
-        }
-        let plan = self.planned(&self.problem, hooks)?;
-        if self.problem.timed || plan.failure.is_some() || plan.largest_step(self.problem.n()) <= JUMP {
+        let problem = &self.problem.with_steps(self.settings.max_step, LARGEST_STEP);
+        let plan = self.planned(problem, &self.settings, hooks)?;
+        if !plan.is_blocked() {
             return Ok(plan);
         }
-        // A jump is no way along the path, unless the path itself asks for it.
-        let steady = self.planned(&self.problem.with_step(JUMP), hooks)?;
-        Ok(if steady.failure.is_none() { steady } else { plan })
+        if !self.settings.branch_changes {
+            // From one branch to another the joints are continuous at a singularity: a way through one is better than none.
+            let through = PlanSettings { branch_changes: true, ..self.settings.clone() };
+            let plan = self.planned(problem, &through, hooks)?;
+            if plan.failure.is_none() {
+                return Ok(plan);
+            }
+        }
+        if !problem.steps_only() {
+            return Ok(plan);
+        }
+        // A step that is too large is told where it is, on a way that is whole but for it.
+        let stepping = self.planned(&self.problem, &self.settings, hooks)?;
+        Ok(if stepping.failure.is_none() { stepping.judged_by_steps(problem) } else { plan })
     }
 
-    fn planned(&self, problem: &PathProblem, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
-        let settings = &self.settings;
-        let mut known = Layers::new(problem, settings, &self.spare, finer(0))?;
+    fn planned(&self, problem: &PathProblem, settings: &PlanSettings, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
+        let mut known = Layers::new(problem, settings, &self.spare, 1)?;
         let mut parts = match &self.warm_start {
             Some(earlier) => earlier.refined(problem, &self.path, settings.max_iterations, hooks)?,
             None => Vec::new(),
         };
+        let mut ways = Vec::new();
         // Finer grids have many more steps to ask of.
         let coarse = !self.spare.joints.is_empty() || hooks.edge_cost.is_some();
-        let searches = if parts.is_empty() { settings.searches(coarse) } else { 0 };
-        for search in 0..searches {
-            let mut layers = settings.layers;
-            if search > 0 {
-                known = Layers::new(problem, settings, &self.spare, finer(search))?;
-                layers = known.most_layers();
-            }
-            let found: Vec<Part> = searched_parts(problem, &mut known, layers, settings.max_iterations, hooks)?;
-            parts = better_parts(problem.criterion, parts, found);
-            if is_proven(problem, &mut known, &parts, hooks)? {
-                break;
+        if parts.is_empty() {
+            for search in 0..settings.searches(coarse) {
+                if search > 0 {
+                    known = known.finer(1 << search, worst(&parts))?;
+                }
+                let found = searched(problem, &mut known, settings.max_iterations, hooks)?;
+                if search == 0 {
+                    ways = found.ways;
+                }
+                parts = better_parts(problem.criterion, parts, found.parts);
+                if settings.is_bounded() {
+                    parts = improved(problem, &mut known, parts, settings.max_iterations, hooks)?;
+                }
+                if !is_worth_more(problem, &known, &parts) {
+                    break;
+                }
             }
         }
+        let parts = parts.into_iter().map(|part| polished(problem, part, hooks)).collect::<std::result::Result<Vec<_>, _>>()?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.is_bounded() {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;
         }
+        plan.ways = ways;
         Ok(plan)
     }
-}
-
-/// How much finer than asked for the grid of a search is: the second is as fine as the first, each one after it doubles the spins.
-fn finer(search: usize) -> usize {
-    1 << search.saturating_sub(1)
 }

@@ -19,7 +19,7 @@ use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm, sub};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::robot::{AT_LIMIT, Robot, nearest_turn};
+use crate::robot::{AT_LIMIT, Joint, Robot, nearest_turn};
 use crate::task::{Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
@@ -180,9 +180,37 @@ impl PathProblem {
         }
     }
 
-    /// The same problem with a largest motion of every joint from point to point [rad or m], beside the bounds that there are.
-    pub(super) fn with_step(&self, max_step: f64) -> Self {
-        Self { bounds: self.bounds.iter().map(|bound| bound.min(max_step)).collect(), ..self.clone() }
+    /// The same problem with a largest motion from point to point, beside the bounds that there are: of every joint [rad or m] if `max_step` is given,
+    /// else `usual` of those that turn, where the path has no times.
+    pub(super) fn with_steps(&self, max_step: Option<f64>, usual: f64) -> Self {
+        let joints = self.robot.joints();
+        let own = |joint: usize| match max_step {
+            Some(step) => step,
+            None if self.timed || joints[joint] == Joint::Prismatic => f64::INFINITY,
+            None => usual,
+        };
+        let n = self.n();
+        Self { bounds: self.bounds.iter().enumerate().map(|(i, bound)| bound.min(own(i % n))).collect(), ..self.clone() }
+    }
+
+    /// The problem of some of its points alone, in their order; the bounds of the motion between them add up.
+    pub(super) fn thinned(&self, kept: &[usize]) -> Self {
+        let n = self.n();
+        let spans: Vec<(usize, usize)> = kept.windows(2).map(|pair| (pair[0], pair[1])).collect();
+        let steps: Vec<f64> = spans.iter().map(|&(a, b)| sum(&self.steps[a..b])).collect();
+        let total = sum(&steps);
+        let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
+        let bound = |&(a, b): &(usize, usize), k: usize| (a..b).map(|i| self.bounds[i * n + k]).sum::<f64>();
+        let closed = self.closed && kept.first() == Some(&0) && kept.last() == Some(&(self.points() - 1));
+        Self {
+            targets: kept.iter().map(|&point| self.targets[point]).collect(),
+            frames: kept.iter().map(|&point| self.frames[point]).collect(),
+            weights: point_weights(&steps, closed).into(),
+            bounds: spans.iter().flat_map(|span| (0..n).map(move |k| bound(span, k))).collect(),
+            steps: steps.into(),
+            closed,
+            ..self.clone()
+        }
     }
 
     /// The same problem with any motion from point to point.
@@ -218,6 +246,16 @@ impl PathProblem {
         let total = sum(steps);
         let square = |i: usize| self.joint_weights.squares(|k| q[(i + 1) * n + k] - q[i * n + k]);
         steps.iter().enumerate().map(|(i, step)| square(i) * (total / step)).sum()
+    }
+
+    /// The largest motion of a turning joint from point to point \[rad\], evenly between points whose postures are given.
+    pub(super) fn largest_turn(&self, kept: &[usize], q: &[f64]) -> f64 {
+        let (n, joints) = (self.n(), self.robot.joints());
+        let turn = |(i, (from, to)): (usize, (&f64, &f64))| {
+            let span = kept[i / n + 1] - kept[i / n];
+            if joints[i % n] == Joint::Revolute { (to - from).abs() / span as f64 } else { 0.0 }
+        };
+        q.iter().zip(&q[n..]).enumerate().map(turn).fold(0.0, f64::max)
     }
 
     /// Values of the objective at postures; 0 without one.

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::closed::ClosedRoutes;
 use super::graph::{Blockage, Graph, Route, Search};
 use super::turns::{unwind, within_limits};
+use super::ways::ways;
 use crate::robot::Limits;
 
 /// A route as postures.
@@ -70,7 +71,7 @@ impl<'a> RouteFinder<'a> {
             if reached == 0 {
                 return FoundRoute { q: Vec::new(), cells: Vec::new(), cost: f64::INFINITY, blockage: None };
             }
-            let mut q: Vec<f64> = route.cells.iter().enumerate().flat_map(|(layer, &cell)| graph.posture(layer, cell)).copied().collect();
+            let mut q = graph.postures(&route.cells);
             unwind(&mut q, n, &graph.wide);
             let blockage = (reached < graph.layers()).then(|| graph.blockage(&search, reached, &route.frontier)).flatten();
             // Without limits nothing holds a joint near 0 but this.
@@ -84,6 +85,29 @@ impl<'a> RouteFinder<'a> {
                 }
             }
         }
+    }
+
+    /// The best route of every way through all layers, `most` at most, the cheapest first; each fits within limits, and closes where the path does.
+    pub fn ways(&mut self, most: usize) -> Vec<FoundRoute> {
+        let graph = &self.graphs[0].graph;
+        let last = graph.layers() - 1;
+        let closing = |route: Route| {
+            let mut ends = vec![false; graph.cells()];
+            let seam = graph.seam(route.cells[0]);
+            ends[seam * graph.copies..(seam + 1) * graph.copies].fill(true);
+            let route = graph.sweep(&self.search, Some(&ends), None);
+            (route.cells.len() > last && route.cost.is_finite()).then_some(route)
+        };
+        let routes = ways(graph, &self.search, most);
+        let routes = routes.into_iter().filter_map(|route| if self.closed { closing(route) } else { Some(route) });
+        routes
+            .filter_map(|route| {
+                let mut q = graph.postures(&route.cells);
+                unwind(&mut q, graph.n, &graph.wide);
+                let fitted = within_limits(&mut q, graph.n, &graph.wide, self.limits.unwrap_or(&Limits::none(graph.n)));
+                (fitted.is_ok() || self.limits.is_none()).then(|| FoundRoute { q, cells: route.cells, cost: route.cost, blockage: None })
+            })
+            .collect()
     }
 
     /// A graph with the turns of one joint more.

@@ -7,7 +7,7 @@ use super::numbers::shown;
 use crate::error::{Error, Result};
 
 /// Searches at most where nothing is said and the grid is small.
-const EFFORT: usize = 4;
+const EFFORT: usize = 2;
 
 /// What a plan is best in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -138,8 +138,8 @@ impl PlanSettings {
 
     /// Searches at most, for a robot with or without joints to spare.
     pub(super) fn searches(&self, spare: bool) -> usize {
-        // Motion is known between points, and grids with joints to spare are large.
-        self.effort.unwrap_or(if self.criterion == Aim::Motion || spare { 1 } else { EFFORT })
+        // Grids with joints to spare are large.
+        self.effort.unwrap_or(if spare { 1 } else { EFFORT })
     }
 
     /// Whether the plan is proven.

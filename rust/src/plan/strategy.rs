@@ -2,16 +2,16 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::corridor::{polished, weighed};
 use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::greedy::or_followed;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
-use super::numbers::linspace;
-use super::part::{Part, best_part, refined_part, tried_part};
+use super::part::{Part, best_part};
+use super::points_of_search::first_points;
 use super::problem::PathProblem;
-use super::proof::is_proven;
+use super::proof::{Better, better_way};
+use super::rivals::{Way, best_of};
 use super::route::FoundRoute;
 use crate::robot::Joint;
 
@@ -29,27 +29,38 @@ const HASTES: [f64; 4] = [1.0, 2.0, 4.0, f64::INFINITY];
 /// Points between two of the search that are all added at once.
 const SMALL_GAP: usize = 8;
 
-/// Routes that start at the same point; each may lead to the best.
-type Rivals = Vec<Segment>;
+/// Ways that are refined beside the best route.
+const WAYS: usize = 8;
 
-/// Finds routes through the path, over `layers` points of it to begin with and as far as they lead, and refines them with `most` Newton steps:
-/// the stretches that can be followed, in order, each the best that was found.
-pub(super) fn searched_parts(
-    problem: &PathProblem,
-    known: &mut Layers,
-    layers: usize,
-    most: usize,
-    hooks: &mut Hooks,
-) -> Result<Vec<Part>, PlanError> {
-    let n = problem.points();
-    let mut wanted: BTreeSet<usize> = linspace(0.0, (n - 1) as f64, n.min(layers)).iter().map(|x| x.round_ties_even() as usize).collect();
+/// Routes that start at the same point; each may lead to the best.
+pub(super) type Rivals = Vec<Segment>;
+
+/// Ways of the bound that are tried.
+const IMPROVED: usize = 3;
+/// A way that gains less, relative, ends these trials.
+const GAIN: f64 = 1e-4;
+/// A worst value this near to its bound, relative, is worth no finer search.
+const GAP: f64 = 1e-3;
+
+/// What a search finds.
+#[derive(Debug, Default)]
+pub(super) struct Searched {
+    /// The stretches that can be followed, in order, each the best that was found.
+    pub parts: Vec<Part>,
+    /// The ways through the whole path that were compared.
+    pub ways: Vec<Way>,
+}
+
+/// Finds routes through the path, over some points of it to begin with and as far as they lead, and refines them.
+pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, hooks: &mut Hooks) -> Result<Searched, PlanError> {
+    let mut wanted: BTreeSet<usize> = first_points(problem, known.first_layers()).into_iter().collect();
     let mut found: Vec<Rivals> = Vec::new();
     for _ in 0..ROUNDS {
         let points: Vec<usize> = wanted.iter().copied().collect();
         known.add(&points, hooks)?;
         hooks.go_on()?;
         let runs = open_runs(known, &points);
-        let whole = runs.len() == 1 && runs[0].len() == points.len();
+        let whole = runs.len() == 1 && runs[0].len() == runs_length(known, &points);
         found.clear();
         for run in &runs {
             found.extend(routes(problem, known, run, whole, hooks)?);
@@ -60,15 +71,68 @@ pub(super) fn searched_parts(
         }
         wanted.extend(more);
     }
-    let parts = found.iter().map(|rivals| best_of(problem, known, rivals, most, hooks)).collect::<Result<Vec<_>, _>>()?;
-    let parts = if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks)? } else { parts };
-    parts.into_iter().map(|part| polished(problem, part, hooks)).collect()
+    let mut out = Searched::default();
+    for rivals in &found {
+        let (part, ways) = best_of(problem, known, rivals, most, hooks)?;
+        out.ways = ways;
+        out.parts.push(blocked(problem, rivals, part, hooks));
+    }
+    if found.len() != 1 {
+        out.ways.clear();
+    }
+    if known.has_spare() && problem.objective.is_some() {
+        out.parts = or_followed(problem, out.parts, most, hooks)?;
+    }
+    Ok(out)
 }
 
-/// The runs of points that have postures.
+/// Better parts, along ways that the bound over connected ways leaves open.
+pub(super) fn improved(
+    problem: &PathProblem,
+    known: &mut Layers,
+    parts: Vec<Part>,
+    most: usize,
+    hooks: &mut Hooks,
+) -> Result<Vec<Part>, PlanError> {
+    let [part] = &parts[..] else { return Ok(parts) };
+    let mut part = part.clone();
+    for _ in 0..IMPROVED {
+        let Better::Maybe(way) = better_way(problem, known, &part, hooks)? else { break };
+        let points: Vec<usize> = way.iter().map(|(point, _)| *point).collect();
+        let route = known.finder_along(&way, hooks)?.find(0.0);
+        if route.cells.len() < points.len() {
+            break;
+        }
+        let (other, _) = best_of(problem, known, &[segment(&points, route, 0)], most, hooks)?;
+        let before = part.worst();
+        part = best_part(problem.criterion, vec![part, other]);
+        if part.worst() >= before - GAIN * before.abs() {
+            break;
+        }
+    }
+    Ok(vec![part])
+}
+
+/// Whether a finer search may find a better path.
+pub(super) fn is_worth_more(problem: &PathProblem, known: &Layers, parts: &[Part]) -> bool {
+    match parts {
+        [part] if part.len() == problem.points() && part.is_optimum() && problem.criterion == Criterion::Minimax => {
+            !part.is_within(known.connected, GAP)
+        }
+        _ => true,
+    }
+}
+
+/// The runs of points that have postures. A way passes through a singular point on the way from others.
 fn open_runs(known: &Layers, points: &[usize]) -> Vec<Vec<usize>> {
-    let runs = points.split(|point| !known.is_open(*point));
+    let passed: Vec<usize> = points.iter().copied().filter(|point| !known.is_singular(*point)).collect();
+    let runs = passed.split(|point| !known.is_open(*point));
     runs.filter(|run| !run.is_empty()).map(<[usize]>::to_vec).collect()
+}
+
+/// How long the only run is where all points can be passed.
+fn runs_length(known: &Layers, points: &[usize]) -> usize {
+    points.iter().filter(|point| !known.is_singular(**point)).count()
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
@@ -84,6 +148,7 @@ fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bo
         }
         let mut rivals = vec![first];
         rivals.extend(slacks[1..].iter().map(|slack| finder.find(*slack)));
+        let ways = finder.ways(WAYS);
         if bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
             rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
@@ -98,11 +163,14 @@ fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bo
                 kept.push(rival);
             }
         }
-        return Ok(vec![kept.into_iter().map(|route| segment(points, route)).collect()]);
+        let mut segments: Rivals = kept.into_iter().map(|route| segment(points, route, 0)).collect();
+        // The routes so far are the first way.
+        segments.extend(ways.into_iter().skip(1).zip(1..).map(|(route, way)| segment(points, route, way)));
+        return Ok(vec![segments]);
     }
     let (mut parts, mut rest) = (Vec::new(), points);
     while !rest.is_empty() {
-        let part = segment(rest, known.finder(rest, false, 1.0, hooks)?.find(0.0));
+        let part = segment(rest, known.finder(rest, false, 1.0, hooks)?.find(0.0), 0);
         if part.points.is_empty() {
             break;
         }
@@ -112,8 +180,8 @@ fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bo
     Ok(parts)
 }
 
-fn segment(points: &[usize], route: FoundRoute) -> Segment {
-    Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage }
+fn segment(points: &[usize], route: FoundRoute, way: usize) -> Segment {
+    Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage, way, cost: route.cost }
 }
 
 /// Points whose cells should be known: where routes end early and where interpolation loses the path.
@@ -169,36 +237,22 @@ fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> R
     Ok((0..kept.len()).filter(|&i| !kept[i]).map(|i| first + i).collect())
 }
 
-/// The best of rival routes, refined.
-fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+/// A part with the reason why its route ends before the path does.
+fn blocked(problem: &PathProblem, rivals: &[Segment], mut part: Part, hooks: &Hooks) -> Part {
     let n = problem.n();
-    let mut parts: Vec<Part> = Vec::new();
-    for segment in rivals {
-        let (first, q) = segment.spread(n);
-        let part = weighed(problem, tried_part(problem, first, &q, most, hooks)?, &q, hooks)?;
-        let proven = rivals.len() > 1 && is_proven(problem, known, std::slice::from_ref(&part), hooks)?;
-        parts.push(part);
-        if proven {
-            break;
-        }
-    }
-    let mut part = best_part(problem.criterion, parts);
-    if !part.refined && part.failure.is_none() {
-        let again = refined_part(problem, part.first, &part.q, most, hooks)?;
-        part = weighed(problem, again, &part.q, hooks)?;
-    }
     let ended = rivals[0].points[rivals[0].points.len() - 1];
     if let Some(blockage) = rivals[0].blocked.filter(|_| ended + 1 < problem.points()) {
-        let slow = problem.bounds[ended * n + blockage.joint].is_finite() && blockage.excess > 1.0;
+        let bounded = problem.bounds[ended * n + blockage.joint].is_finite() && blockage.excess > 1.0;
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
-        part.failure = Some(if slow {
-            PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint) }
+        let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
+        part.failure = Some(if bounded {
+            PlanFailure { point: ended + 1, cause, joint: Some(joint) }
         } else if blockage.excess <= 1.0 && hooks.edge_cost.is_some() {
             PlanFailure::at(ended + 1, FailureCause::EdgeCost)
         } else {
             PlanFailure::at(ended + 1, FailureCause::NoWay)
         });
     }
-    Ok(part)
+    part
 }

@@ -2,13 +2,18 @@
 
 use std::f64::consts::TAU;
 
-use super::failure::{FailureCause, PlanFailure};
+use super::failure::{FailedJoint, FailureCause, PlanFailure};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::Cause;
 use super::layers::Layers;
 use super::part::Part;
 use super::problem::{ON_PATH, PathProblem};
+use super::rivals::Way;
 use crate::resolve::SolveStatus;
+use crate::robot::Joint;
+
+/// Part of a largest step that is rounding.
+const STEP_ROUNDING: f64 = 1e-9;
 
 /// A path planned as a whole.
 #[derive(Debug, Clone)]
@@ -41,6 +46,8 @@ pub struct Plan {
     pub refined: bool,
     /// Why the plan is not whole.
     pub failure: Option<PlanFailure>,
+    /// The ways through the whole path that were compared, the best first: on other branches, on the other side of postures that are closed or much worse.
+    pub ways: Vec<Way>,
 }
 
 impl Plan {
@@ -49,9 +56,24 @@ impl Plan {
         self.value.iter().filter(|value| !value.is_nan()).fold(f64::NEG_INFINITY, |worst, value| worst.max(*value))
     }
 
-    /// The largest motion of a joint from point to point [rad or m].
-    pub(super) fn largest_step(&self, n: usize) -> f64 {
-        self.q.iter().zip(&self.q[n..]).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
+    /// Whether points that have postures cannot be joined: by a step, by speed, for want of a branch that leads on.
+    pub(super) fn is_blocked(&self) -> bool {
+        use FailureCause::{NoWay, NotClosed, Singular, SpeedLimit, StepLimit};
+        self.failure.as_ref().is_some_and(|failure| matches!(failure.cause, NoWay | NotClosed | Singular | SpeedLimit | StepLimit))
+    }
+
+    /// A whole plan that failed if it takes a step larger than a problem allows: the step that is most so.
+    pub(super) fn judged_by_steps(mut self, problem: &PathProblem) -> Self {
+        let n = problem.n();
+        let share = |i: usize| (self.q[i + n] - self.q[i]).abs() / problem.bounds[i];
+        let largest = (0..problem.bounds.len()).fold(0, |largest, i| if share(i) > share(largest) { i } else { largest });
+        if share(largest) > 1.0 + STEP_ROUNDING {
+            let (number, excess) = (largest % n, share(largest));
+            let slides = problem.robot.joints()[number] == Joint::Prismatic;
+            let joint = Some(FailedJoint { number, slides, excess, combination: None });
+            self.failure = Some(PlanFailure { point: largest / n + 1, cause: FailureCause::StepLimit, joint });
+        }
+        self
     }
 }
 
@@ -86,6 +108,7 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         refined: whole.is_some_and(|part| part.refined),
         length: problem.length,
         failure: None,
+        ways: Vec::new(),
         q,
         value,
         position_error,
