@@ -56,26 +56,12 @@ pub(super) fn best_of(
         if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
         }
-        let t0 = std::time::Instant::now();
         let route = segment.at(&kept, n);
         let part = weighed(&thin, first_part(&thin, 0, &route, most, hooks)?, &route, hooks)?;
-        eprintln!(
-            " tried way {} grid {} worst {} refined {} motion {} failure {:?} {:?}",
-            segment.way,
-            segment.cost,
-            part.worst(),
-            part.refined,
-            part.motion,
-            part.failure,
-            t0.elapsed()
-        );
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way });
     }
-    let t0 = std::time::Instant::now();
     let ways = ways(problem, &kept, &tried);
-    eprintln!(" ways {} {:?}", ways.len(), t0.elapsed());
-    let t0 = std::time::Instant::now();
     let mut parts: Vec<Part> = tried.into_iter().map(|tried| tried.part).collect();
     let mut carried: Vec<Part> = Vec::new();
     let all: Vec<usize> = (first..=last).collect();
@@ -90,7 +76,6 @@ pub(super) fn best_of(
             break;
         }
     }
-    eprintln!(" carried {} {:?}", carried.len(), t0.elapsed());
     Ok((best_part(problem.criterion, carried), ways))
 }
 
