@@ -8,7 +8,7 @@ use super::hooks::{Hooks, PlanError};
 use super::part::{Part, best_part};
 use super::path::point_weights;
 use super::problem::PathProblem;
-use crate::linalg::with_capacity;
+use crate::linalg::MAX_JOINTS;
 
 /// Half the width of the corridor at the start and at the end [rad or m].
 const WIDEST: f64 = 0.1;
@@ -130,7 +130,7 @@ impl Corridor {
     /// `None` where a posture has no free motion that can be told.
     fn new(problem: &PathProblem, part: &Part, width: f64, hooks: &mut Hooks) -> Result<Option<Self>, PlanError> {
         let (n, freedoms) = (problem.n(), problem.freedoms());
-        let Some(basis) = with_capacity!(n, free_motions(problem, &part.q)) else { return Ok(None) };
+        let Some(basis) = free_motions(problem, &part.q) else { return Ok(None) };
         let (worst, weights) = (part.worst(), shares(problem, part).0);
         let mut corridor = Self { q: vec![part.q.clone()], own: Vec::new() };
         for along in 0..freedoms {
@@ -256,10 +256,10 @@ impl Corridor {
 }
 
 /// Orthonormal bases of the free motions of postures, one vector after another; `None` where one is singular for its task.
-fn free_motions<const C: usize>(problem: &PathProblem, q: &[f64]) -> Option<Vec<f64>> {
+fn free_motions(problem: &PathProblem, q: &[f64]) -> Option<Vec<f64>> {
     let (n, freedoms) = (problem.n(), problem.freedoms());
-    let padded = |row: &[f64]| std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0));
-    let rows: Vec<[f64; C]> = q.chunks_exact(n).map(padded).collect();
+    let padded = |row: &[f64]| -> [f64; MAX_JOINTS] { std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0)) };
+    let rows: Vec<_> = q.chunks_exact(n).map(padded).collect();
     let free = PathProblem { objective: None, ..problem.clone() };
     let points = free.points_at(&rows)?;
     Some(points.iter().flat_map(|point| point.basis[..freedoms].iter().flat_map(|free| free[..n].to_vec())).collect())

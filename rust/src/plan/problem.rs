@@ -305,11 +305,10 @@ impl PathProblem {
 
     /// Whether a posture of a point is within limits and the range of the spin.
     pub(super) fn is_within(&self, point: usize, q: &[f64]) -> bool {
-        fn spin<const C: usize>(problem: &PathProblem, point: usize, q: &[f64]) -> f64 {
-            problem.spin::<C>(point, &std::array::from_fn(|k| q.get(k).copied().unwrap_or(0.0)))
-        }
         let in_range = |range: (f64, f64)| {
-            let spin = with_capacity!(self.n(), spin(self, point, q));
+            let mut row = [0.0; MAX_JOINTS];
+            row[..q.len()].copy_from_slice(q);
+            let spin = self.spin(point, &row);
             spin >= range.0 - AT_LIMIT && spin <= range.1 + AT_LIMIT
         };
         (!self.limits || self.robot.limits().contain(q)) && self.spin.is_none_or(|spin| in_range(spin.range))
