@@ -858,6 +858,7 @@ class PlanSettings:
         limits: bool | None = None,
         *,
         smoothness: float | None = None,
+        joint_weights: ArrayLike | None = None,
         n_angles: int | None = None,
         layers: int | None = None,
         spin_range: tuple[float, float] | None = None,
@@ -879,6 +880,8 @@ class PlanSettings:
     def limits(self) -> bool: ...
     @property
     def smoothness(self) -> float | None: ...
+    @property
+    def joint_weights(self) -> list[float] | None: ...
     @property
     def n_angles(self) -> int: ...
     @property
@@ -953,6 +956,8 @@ class PlannedPath:
     @property
     def motion(self) -> float: ...
     @property
+    def edge_cost(self) -> float: ...
+    @property
     def bound(self) -> float: ...
     @property
     def residual(self) -> float: ...
@@ -970,6 +975,7 @@ def plan_path(
     objective: Objective | None,
     settings: PlanSettings,
     feasible: Callable[[_F64], ArrayLike] | None = None,
+    edge_cost: Callable[[_F64, _F64], ArrayLike] | None = None,
     warm_start: tuple[PathData, ArrayLike] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> PlannedPath: ...

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use redundancy::internals::linalg::Banded;
-use redundancy::plan::{Criterion, Graph, Search, find_route, unwind, within_limits};
+use redundancy::plan::{Criterion, Graph, JointWeights, Search, find_route, unwind, within_limits};
 use redundancy::robot::Limits;
 
 use crate::common::Rng;
@@ -50,9 +50,11 @@ fn drawn(rng: &mut Rng, layers: usize, angles: usize, branches: usize) -> Graph 
         value: (0..count).map(|_| rng.within(1.0, 5.0)).collect(),
         cause: (0..count).map(|_| u8::from(rng.below(5) == 0)).collect(),
         wide: vec![false],
+        joint_weights: JointWeights::new(1, None).unwrap(),
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![2.5; layers - 1],
+        edges: None,
     }
 }
 
@@ -177,9 +179,11 @@ fn a_closed_route_may_end_whole_turns_from_where_it_begins() {
         value: vec![1.0; layers],
         cause: vec![0; layers],
         wide: vec![true],
+        joint_weights: JointWeights::new(1, None).unwrap(),
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![1.0; layers - 1],
+        edges: None,
     };
     let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };
     // Every turn is a branch of its own.
@@ -208,9 +212,11 @@ fn whole_turns_are_searched_only_where_limits_ask_for_them() {
         value: vec![1.0; layers],
         cause: vec![0; layers],
         wide: vec![true],
+        joint_weights: JointWeights::new(1, None).unwrap(),
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![f64::INFINITY; layers - 1],
+        edges: None,
     };
     let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };
     let limits = |low: f64, high: f64| Limits { q_min: vec![low], q_max: vec![high], ..Limits::none(1) };

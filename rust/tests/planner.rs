@@ -55,7 +55,7 @@ fn hooks_are_asked_and_told() {
         told += share;
     };
     let plan =
-        planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(Progress::new(&mut progress)), cancelled: None }).unwrap();
+        planner.plan(&mut Hooks { feasible: Some(&mut below), progress: Some(Progress::new(&mut progress)), ..Hooks::default() }).unwrap();
     assert!(plan.failure.is_some() || plan.q.chunks_exact(6).all(|q| q[4] < ceiling));
     assert!((told - 1.0).abs() < 1e-12);
 }

@@ -1,5 +1,7 @@
 """The planner beside the grid search of evidence/planner: never worse, and smoother, on a few short paths."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import redundancy as rd
@@ -7,7 +9,7 @@ from redundancy.planning import core_path
 
 from evidence.planner import cases as plan_cases
 from evidence.planner import compare as compare_plan
-from evidence.planner import grid_search
+from evidence.planner import grid_search, moveit_dp
 from evidence.planner.grid import JUMP, make_grid
 
 BETTER = [("fanuc_m710ic50_milling", "cylinder_inside"), ("abb_irb120", "limit_line"), ("ur5e", "limit_line")]
@@ -76,3 +78,42 @@ def test_the_grid_finds_the_best_of_all_ways() -> None:
     assert lowest.objective == pytest.approx(best["minimax"], rel=1e-12)
     assert least is not None
     assert least.objective == pytest.approx(best["integral"], rel=1e-12)
+
+
+def test_a_plan_is_not_worse_than_the_programme_of_moveit_dp() -> None:
+    whole = moveit_dp.circle(180)
+    assert whole.path.time is not None
+    assert whole.path.rotation is not None
+    path, some = whole.path, slice(None, None, 4)
+    thin = rd.Toolpath(
+        path.position[some], path.axis[some], rotation=whole.path.rotation[some], time=whole.path.time[some]
+    )
+    benchmark = replace(whole, path=thin, states=whole.states[some])
+    way, plan = moveit_dp.rebuilt(benchmark), moveit_dp.planned(benchmark)
+    assert plan.failure is None
+    for q in (way, plan.q):
+        tools = benchmark.robot.fk(q)
+        np.testing.assert_allclose(tools[:, :3, 3], benchmark.path.position, atol=1e-9)
+        assert benchmark.shares(q)[0] <= 1.0 + 1e-9
+    assert benchmark.cost(plan.q) < benchmark.cost(way)
+    assert plan.cost / float(benchmark.dt.sum()) == pytest.approx(benchmark.cost(plan.q), rel=1e-9)
+
+
+def test_the_distance_of_the_elbow_has_its_derivatives() -> None:
+    q, step = np.array([[0.3, -1.2, 0.7, 2.0], [1.9, 0.4, -2.0, 0.1]]), 1e-5
+    _, gradient, hessian = moveit_dp.elbow_distance(q)
+    for k, shift in enumerate(step * np.eye(4)):
+        high, low = moveit_dp.elbow_distance(q + shift), moveit_dp.elbow_distance(q - shift)
+        np.testing.assert_allclose((high[0] - low[0]) / (2.0 * step), gradient[:, k], atol=1e-6)
+        np.testing.assert_allclose((high[1] - low[1]) / (2.0 * step), hessian[:, :, k], atol=1e-6)
+
+
+def test_the_square_of_the_panda_is_closed_and_its_speed_even() -> None:
+    path = moveit_dp.square(3).path
+    assert len(path) == 203
+    np.testing.assert_allclose(path.position[-1], path.position[0], atol=1e-12)
+    assert path.rotation is not None
+    np.testing.assert_allclose(
+        path.rotation @ path.rotation.transpose(0, 2, 1), np.tile(np.eye(3), (203, 1, 1)), atol=1e-12
+    )
+    np.testing.assert_allclose(path.rotation[102, :, 2], [0.0, 0.0, -1.0], atol=1e-12)

@@ -5,13 +5,24 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._core import PlanSettings, Robot
 from ..files import Table
 
 CRITERIA: Final = ("minimax", "integral", "motion")
 KEYS: Final = (
-    *("criterion", "smoothness", "n_angles", "layers", "effort", "spin_range_deg", "max_spin_step_deg", "max_step"),
+    *(
+        "criterion",
+        "smoothness",
+        "joint_weights",
+        "n_angles",
+        "layers",
+        "effort",
+        "spin_range_deg",
+        "max_spin_step_deg",
+        "max_step",
+    ),
     *("spare", "n_spare", "branches", "branch_changes", "closed", "limits", "bound", "max_iterations", "warm_start"),
 )
 OLD_NAMES: Final = {"angles": "n_angles", "spare_values": "n_spare"}
@@ -66,6 +77,7 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanTable:
         table.text("criterion", default.criterion, CRITERIA),
         table.flag("limits", default.limits),
         smoothness=_smoothness(table),
+        joint_weights=_joint_weights(table, robot),
         n_angles=_count(table, "n_angles", "angles"),
         layers=_count(table, "layers"),
         spin_range=_spin_range(table),
@@ -123,6 +135,15 @@ def _smoothness(table: Table) -> float | None:
     if smoothness < 0.0:
         raise table.error("smoothness", "a number of at least 0")
     return smoothness
+
+
+def _joint_weights(table: Table, robot: Robot) -> NDArray[np.float64] | None:
+    if "joint_weights" not in table:
+        return None
+    weights = table.array("joint_weights", (robot.n,))
+    if not ((weights >= 0.0).all() and weights.any()):
+        raise table.error("joint_weights", "a number of at least 0 for every joint, not all of them 0")
+    return weights
 
 
 def _spin_range(table: Table) -> tuple[float, float] | None:

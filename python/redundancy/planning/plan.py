@@ -1,6 +1,9 @@
 """The best spin over a whole path: a search over all spins and branches, then the continuous optimum."""
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import ConditionNumber, Objective, PlanSettings, Robot, Task
@@ -13,6 +16,9 @@ from .result import Plan
 SINGULAR = 1e12
 """A posture with a larger condition number is singular: hardly a digit is left that tells it from infinity."""
 
+EdgeCost = Callable[[NDArray[np.float64], NDArray[np.float64]], ArrayLike]
+"""Says of postures before and after some steps, shape (M, n) each, what the steps cost, shape (M,)."""
+
 
 def plan(
     robot: Robot,
@@ -23,6 +29,7 @@ def plan(
     limits: bool = True,
     *,
     smoothness: float | None = None,
+    joint_weights: ArrayLike | None = None,
     n_angles: int = 48,
     layers: int = 32,
     spin_range: tuple[float, float] | None = None,
@@ -34,6 +41,7 @@ def plan(
     branch_changes: bool = False,
     closed: bool = False,
     feasible: Predicate | None = None,
+    edge_cost: EdgeCost | None = None,
     warm_start: Trajectory | None = None,
     bound: bool | None = None,
     effort: int | None = None,
@@ -67,6 +75,9 @@ def plan(
     smoothness : float, optional
         Weight of the integral of the squared joint speed, over the path's share s from 0 to 1:
         value + smoothness * integral |dq/ds|^2 ds. If not given, 1e-5 of the mean value, 1e-7 for the worst one.
+    joint_weights : array_like, shape (n,), optional
+        Weights of the joints in that integral, |dq/ds|^2 being the sum of weight times square, wherever motion is
+        minimised; not negative, not all 0; 1 each if not given. A joint of weight 0 moves for nothing.
     n_angles : int
         Spins of the search's grid.
     n_spare : int, optional
@@ -94,6 +105,13 @@ def plan(
         Whether the last point, which has to be the first, is reached in the same posture up to whole turns.
     feasible : callable, optional
         The user's own reason, such as a collision: gets postures (M, n), returns which are allowed (M,).
+    edge_cost : callable, optional
+        The user's own cost of moving from a point of the path to the next: gets the postures before and after steps,
+        shape (M, n) each, returns what each step costs, shape (M,): at least 0, ``inf`` where it is forbidden. Its sum
+        over the path is added to what is minimised; for "minimax" to the motion, which decides among ways of the same
+        worst value. The search asks of steps between its own points, several points of the path apart: what is added
+        up along a way, such as distances, is meant; ``layers=len(path)`` lets it ask at every point. Joints that can
+        turn more than once come next to where they were.
     warm_start : Trajectory, optional
         An earlier plan of a similar path: refined at once, with a search only if that fails.
     bound : bool, optional
@@ -101,8 +119,8 @@ def plan(
     effort : int, optional
         Searches at most; the best plan is kept, and one at its lower bound ends them. The second asks at every
         point, up to 1000 and as far as joints can move by a spin of the grid from one to the next; each one after it
-        doubles the spins and the values of spare joints. If not given, 4; 1 for the criterion "motion", or with joints
-        to spare.
+        doubles the spins and the values of spare joints. If not given, 2 for "minimax", unless joints
+        are to spare or there is an ``edge_cost``; else 1.
     max_iterations : int
         Newton steps of the refinement at most.
     progress : bool
@@ -118,7 +136,8 @@ def plan(
     Raises
     ------
     InvalidValueError
-        If a setting is out of its domain, or the task or the robot is none that can be planned for.
+        If a setting is out of its domain, the task or the robot is none that can be planned for, or ``feasible`` or
+        ``edge_cost`` returns what it should not. What they raise is raised.
 
     Notes
     -----
@@ -139,6 +158,7 @@ def plan(
         criterion,
         limits,
         smoothness=smoothness,
+        joint_weights=joint_weights,
         n_angles=n_angles,
         layers=layers,
         spin_range=spin_range,
@@ -153,7 +173,17 @@ def plan(
         effort=effort,
         max_iterations=max_iterations,
     )
-    return plan_by(settings, robot, path, task, objective, feasible=feasible, warm_start=warm_start, progress=progress)
+    return plan_by(
+        settings,
+        robot,
+        path,
+        task,
+        objective,
+        feasible=feasible,
+        edge_cost=edge_cost,
+        warm_start=warm_start,
+        progress=progress,
+    )
 
 
 def plan_by(
@@ -164,6 +194,7 @@ def plan_by(
     objective: Objective | None = None,
     *,
     feasible: Predicate | None = None,
+    edge_cost: EdgeCost | None = None,
     warm_start: Trajectory | None = None,
     progress: bool = True,
 ) -> Plan:
@@ -173,7 +204,7 @@ def plan_by(
     ----------
     settings : PlanSettings
         How it is planned.
-    robot, path, task, objective, feasible, warm_start, progress
+    robot, path, task, objective, feasible, edge_cost, warm_start, progress
         As for `plan`.
 
     Returns
@@ -189,7 +220,9 @@ def plan_by(
     task = Task.axisymmetric() if task is None else task
     earlier = None if warm_start is None else (core_path(warm_start.path), warm_start.q)
     with progress_bar(1.0, "planning", progress) as advance:
-        found = _core.plan_path(robot, core_path(path), task, objective, settings, feasible, earlier, advance)
+        found = _core.plan_path(
+            robot, core_path(path), task, objective, settings, feasible, edge_cost, earlier, advance
+        )
     rows = robot.rows_in_use()
     if len(rows) <= robot.n:
         condition_number = ConditionNumber(found.length, rows=rows).evaluate_many(robot, found.q, 0)[0]
@@ -211,6 +244,7 @@ def plan_by(
         smoothness=found.smoothness,
         cost=found.cost,
         motion=found.motion,
+        edge_cost=found.edge_cost,
         bound=found.bound,
         residual=found.residual,
         failure=found.failure,

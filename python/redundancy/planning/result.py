@@ -23,14 +23,17 @@ class Plan(Trajectory):
         Weight of the integral of the squared joint speed over the path's share.
     cost : float
         What was minimised: worst value, or integral of the value, each plus smoothness times motion; NaN if the plan is
-        not whole.
+        not whole. The cost of the steps is added: to the integral as it is, to the worst value as a part of the motion.
     motion : float
-        Integral of the squared joint speed over the path's share [rad^2 or m^2].
+        Integral of the squared joint speed over the path's share [rad^2 or m^2], each joint's square times its weight.
+    edge_cost : float
+        What the user's ``edge_cost`` says of all steps from point to point together; 0 without one.
     bound : float
         No path can do better than this (minimax: the least value at the worst point; integral: the integral of the
         least values), to the resolution of the search; NaN where it was not asked for.
     residual : float
-        First-order residual: the largest slope of the Lagrangian along a free motion.
+        First-order residual: the largest slope of the Lagrangian along a free motion; NaN where an ``edge_cost``, which
+        has no derivatives, changed the path.
     failure : PlanFailure or None
         Why the plan is not whole; the points that are reached are the best that there are.
     refined : bool
@@ -45,6 +48,7 @@ class Plan(Trajectory):
     smoothness: float = 0.0
     cost: float = float("nan")
     motion: float = float("nan")
+    edge_cost: float = 0.0
     bound: float = float("nan")
     residual: float = float("nan")
     failure: PlanFailure | None = None

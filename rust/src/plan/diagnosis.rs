@@ -90,7 +90,7 @@ impl Asked<'_, '_, '_> {
         let mut known = Layers::new(problem, settings, self.spare, 1)?;
         known.add(&points, self.hooks)?;
         points.retain(|point| known.is_open(*point));
-        let found = known.finder(&points, false, f64::INFINITY).find(0.0);
+        let found = known.finder(&points, false, f64::INFINITY, &mut Hooks::default())?.find(0.0);
         points.truncate(found.cells.len());
         Ok(Way { points, q: found.q })
     }

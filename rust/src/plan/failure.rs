@@ -21,6 +21,8 @@ pub enum FailureCause {
     SpeedLimit,
     /// A joint would have to move further from point to point than it may.
     StepLimit,
+    /// The caller's own cost forbids every step there.
+    EdgeCost,
     /// The tool would have to spin beyond its range.
     SpinRange,
     /// The point has postures, but no branch leads there from the points before.
@@ -31,13 +33,14 @@ pub enum FailureCause {
 
 impl FailureCause {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Unreachable,
         Self::JointLimit,
         Self::Singular,
         Self::Predicate,
         Self::SpeedLimit,
         Self::StepLimit,
+        Self::EdgeCost,
         Self::SpinRange,
         Self::NoWay,
         Self::NotClosed,
@@ -52,6 +55,7 @@ impl FailureCause {
             Self::Predicate => "predicate",
             Self::SpeedLimit => "speed limit",
             Self::StepLimit => "step limit",
+            Self::EdgeCost => "edge cost",
             Self::SpinRange => "spin range",
             Self::NoWay => "no way",
             Self::NotClosed => "not closed",
@@ -62,6 +66,7 @@ impl FailureCause {
     fn detail(self) -> &'static str {
         match self {
             Self::NoWay => "; it has postures, but no branch leads there from the points before",
+            Self::EdgeCost => "; it is infinite for every step there from the point before",
             Self::SpinRange => "; no spin within it leads along the path there",
             Self::NotClosed => "; its posture is not that of the first point",
             _ => "",

@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::edges::EdgeCosts;
+use super::joint_weights::JointWeights;
 use super::lattice::Cause;
 use crate::robot::{AT_LIMIT, Limits};
 
@@ -45,12 +47,16 @@ pub struct Graph {
     pub cause: Vec<u8>,
     /// Joints whose whole turns do not matter.
     pub wide: Vec<bool>,
+    /// Weights of the joints in the motion.
+    pub joint_weights: JointWeights,
     /// Share of the path that each layer stands for; they sum to 1.
     pub weights: Vec<f64>,
     /// Share of the path from each layer to the next.
     pub steps: Vec<f64>,
     /// Largest motions from each layer to the next [rad or m], n a layer.
     pub bounds: Vec<f64>,
+    /// The caller's own costs of steps.
+    pub edges: Option<EdgeCosts>,
 }
 
 /// How it is searched.
@@ -142,6 +148,7 @@ impl Graph {
         cells.iter().enumerate().flat_map(|(layer, &cell)| self.posture(layer, cell)).copied().collect()
     }
 
+    /// Whether a cell holds a posture.
     #[inline(always)]
     pub(super) fn open(&self, layer: usize, cell: usize) -> bool {
         self.cause[layer * self.cells() + cell] == Cause::Feasible as u8
@@ -152,7 +159,7 @@ impl Graph {
         self.value[layer * self.cells() + cell]
     }
 
-    /// Squared motion between postures of neighbouring layers; `None` where a joint would have to move too far.
+    /// Weighted squared motion between postures of neighbouring layers; `None` where a joint would have to move too far.
     #[inline(always)]
     fn motion(&self, from: &[f64], to: &[f64], bounds: &[f64], largest: f64) -> Option<f64> {
         let mut sum = 0.0;
@@ -165,7 +172,7 @@ impl Graph {
             if apart > bounds[i] || apart > largest {
                 return None;
             }
-            sum += apart * apart;
+            sum += self.joint_weights.square(i, apart);
         }
         Some(sum)
     }
@@ -253,6 +260,8 @@ impl Graph {
             bounds: turned(&self.bounds, self.n),
             wide: self.wide.clone(),
             near: self.near.clone(),
+            joint_weights: self.joint_weights.clone(),
+            edges: self.edges.as_ref().map(EdgeCosts::reversed),
             ..*self
         }
     }
@@ -263,33 +272,50 @@ impl Graph {
         let to = self.posture(layer, cell);
         let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
         let factor = search.smoothness / self.steps[layer - 1];
-        let name = cell % self.branches / self.copies;
-        let others = if self.named && search.branch_step == 0.0 { name * self.copies..(name + 1) * self.copies } else { 0..self.branches };
         let mut best = (f64::INFINITY, 0);
         // A worst value is never less than the cell's own.
         let least = if search.criterion == Criterion::Minimax { own } else { f64::NEG_INFINITY };
-        self.each_neighbour(search, cell, |start| {
-            if best.0 <= least {
+        self.each_origin(search, cell, |from, largest| {
+            if best.0 <= least || before[from] >= best.0 {
                 return;
             }
-            for other in others.clone() {
-                let from = start + other;
-                if before[from] >= best.0 {
-                    continue;
-                }
-                let largest = if self.named && other / self.copies == name { PI } else { search.branch_step };
-                if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {
-                    let cost = match search.criterion {
-                        Criterion::Minimax => before[from].max(own),
-                        Criterion::Integral => before[from] + own + factor * square,
-                    };
-                    if cost < best.0 {
-                        best = (cost, from as u32);
-                    }
+            if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {
+                let edge = self.edges.as_ref().map_or(0.0, |edges| edges.cost(layer, from, cell, self.copies));
+                let cost = match search.criterion {
+                    Criterion::Minimax if edge.is_finite() => before[from].max(own),
+                    Criterion::Minimax => f64::INFINITY,
+                    Criterion::Integral => before[from] + own + factor * square + edge,
+                };
+                if cost < best.0 {
+                    best = (cost, from as u32);
                 }
             }
         });
         best
+    }
+
+    /// Calls `each` with every cell of the layer before from which a step may lead to `cell`, and with the largest motion of a joint on it.
+    #[inline(always)]
+    fn each_origin(&self, search: &Search, cell: usize, mut each: impl FnMut(usize, f64)) {
+        let name = cell % self.branches / self.copies;
+        let others = if self.named && search.branch_step == 0.0 { name * self.copies..(name + 1) * self.copies } else { 0..self.branches };
+        self.each_neighbour(search, cell, |start| {
+            for other in others.clone() {
+                each(start + other, if self.named && other / self.copies == name { PI } else { search.branch_step });
+            }
+        });
+    }
+
+    /// The cells of the layer before from which a step leads to `cell`, in order.
+    pub(super) fn origins(&self, search: &Search, layer: usize, cell: usize, found: &mut Vec<u32>) {
+        let (to, bounds) = (self.posture(layer, cell), &self.bounds[(layer - 1) * self.n..layer * self.n]);
+        found.clear();
+        self.each_origin(search, cell, |from, largest| {
+            if self.open(layer - 1, from) && self.motion(self.posture(layer - 1, from), to, bounds, largest).is_some() {
+                found.push(from as u32);
+            }
+        });
+        found.sort_unstable();
     }
 
     /// Calls `each` with the first cell of every sample within the windows around that of `cell`.
@@ -345,6 +371,8 @@ impl Graph {
             bounds: again(&self.bounds, 0),
             wide: self.wide.clone(),
             near: self.near.clone(),
+            joint_weights: self.joint_weights.clone(),
+            edges: self.edges.clone(),
             ..*self
         }
     }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::corridor::weighed;
 use super::hooks::{Hooks, PlanError};
 use super::layers::Layers;
 use super::numbers::ascending;
@@ -41,7 +42,7 @@ pub(super) fn or_followed(
             if is_whole(problem, &parts) && (!motion_alone || i >= REFINED) {
                 break;
             }
-            let part = refined_part(problem, 0, &q, most, hooks)?;
+            let part = weighed(problem, refined_part(problem, 0, &q, most, hooks)?, &q, hooks)?;
             parts = better_parts(problem.criterion, parts, vec![part]);
         }
     }
@@ -51,7 +52,7 @@ pub(super) fn or_followed(
     };
     let Some(mut q) = best else { return Ok(parts) };
     close(problem, &mut q);
-    let part = refined_part(problem, 0, &q, most, hooks)?;
+    let part = weighed(problem, refined_part(problem, 0, &q, most, hooks)?, &q, hooks)?;
     if parts.len() == 1 && parts[0].len() == part.len() {
         return Ok(vec![best_part(problem.criterion, parts.into_iter().chain([part]).collect())]);
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use thiserror::Error as ThisError;
 
+use super::numbers::shown;
 use crate::error::Error;
 
 /// An error of the caller's own predicate.
@@ -12,6 +13,9 @@ pub type PredicateError = Box<dyn std::error::Error + Send + Sync>;
 /// Says of postures, n joints a row, which are allowed.
 pub type Predicate<'a> = dyn FnMut(&[f64]) -> Result<Vec<bool>, PredicateError> + 'a;
 
+/// Says what it costs to move from some postures to others, n joints a row each.
+pub type EdgeCost<'a> = dyn FnMut(&[f64], &[f64]) -> Result<Vec<f64>, PredicateError> + 'a;
+
 /// Why there is no plan at all.
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
@@ -19,7 +23,7 @@ pub enum PlanError {
     /// What is asked for cannot be planned.
     #[error(transparent)]
     Input(#[from] Error),
-    /// The caller's predicate failed.
+    /// The caller's predicate, or its cost of a step, failed.
     #[error("the predicate failed: {0}")]
     Predicate(PredicateError),
     /// The caller ended it.
@@ -32,6 +36,8 @@ pub enum PlanError {
 pub struct Hooks<'a> {
     /// The caller's own reason to refuse postures, such as a collision.
     pub feasible: Option<&'a mut Predicate<'a>>,
+    /// The caller's own cost of a step from a posture to the next, at least 0; infinite where it is forbidden.
+    pub edge_cost: Option<&'a mut EdgeCost<'a>>,
     /// Told how far the work is.
     pub progress: Option<Progress<'a>>,
     /// Asked before every piece of work whether to end it.
@@ -152,6 +158,19 @@ impl Hooks<'_> {
             return Err(Error::length("feasible", answer.len(), q.len() / n).into());
         }
         Ok(Some(answer))
+    }
+
+    /// What the caller's cost says of steps between postures, n joints a row each; nothing without a cost.
+    pub(super) fn edge_costs(&mut self, before: &[f64], after: &[f64], n: usize) -> Result<Vec<f64>, PlanError> {
+        let Some(edge_cost) = self.edge_cost.as_mut().filter(|_| !before.is_empty()) else { return Ok(Vec::new()) };
+        let answer = edge_cost(before, after).map_err(PlanError::Predicate)?;
+        if answer.len() != before.len() / n {
+            return Err(Error::length("what edge_cost returned", answer.len(), before.len() / n).into());
+        }
+        match answer.iter().position(|cost| cost.is_nan() || *cost < 0.0) {
+            Some(i) => Err(Error::value(&format!("what edge_cost returned, [{i}]"), shown(answer[i]), "a number of at least 0").into()),
+            None => Ok(answer),
+        }
     }
 
     /// Whether all postures are allowed.

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 use rayon::prelude::*;
 
 use super::bound::least_value;
+use super::edges::EdgeTable;
 use super::failure::Limited;
 use super::floors::{Bottleneck, Floors, least_between};
 use super::graph::{Blockage, Graph, Search};
@@ -72,6 +73,8 @@ pub(super) struct Layers<'a> {
     order: Vec<usize>,
     /// Least values that are known.
     least: HashMap<usize, f64>,
+    /// What the caller says of steps.
+    edges: EdgeTable,
     spare: &'a SpareGrid,
     /// Values above which a cell is of no use.
     ceiling: f64,
@@ -87,13 +90,13 @@ impl<'a> Layers<'a> {
         let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
         let lattice = Lattice::new(robot, frames, &problem.asked, &angles, &spare.finer(finer), objective, problem.limits)?;
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
-        let (cells, order, least) = (HashMap::new(), Vec::new(), HashMap::new());
+        let (cells, order, least, edges) = (HashMap::new(), Vec::new(), HashMap::new(), EdgeTable::default());
         let (around, ceiling) = (settings.spin_range.is_none(), f64::INFINITY);
         // Of the turns of all joints in one step some are about the tool's axis.
         let reach = |bounds: &[f64]| LEAP * bounds.iter().map(|bound| bound.min(PI)).sum::<f64>();
         let leap = problem.bounds.chunks_exact(problem.n()).map(|bounds| (reach(bounds) / spin_step).ceil() as usize).collect();
         let floors = Floors::new(lattice.angles(), lattice.branches(), around, leap);
-        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, spare, ceiling, floors, connected: f64::NEG_INFINITY })
+        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, edges, spare, ceiling, floors, connected: f64::NEG_INFINITY })
     }
 
     /// None yet over a grid `finer` times as fine, in which only what is better than `ceiling` counts.
@@ -170,12 +173,23 @@ impl<'a> Layers<'a> {
 
     /// Routes through some points whose cells are known, the last being the first where they are `closed`; bounds of the motion are multiplied by
     /// `haste`.
-    pub fn finder(&self, points: &[usize], closed: bool, haste: f64) -> RouteFinder<'a> {
-        self.finder_among(points, closed, haste, &|_, _| true)
+    pub fn finder(&mut self, points: &[usize], closed: bool, haste: f64, hooks: &mut Hooks) -> Result<RouteFinder<'a>, PlanError> {
+        let mut edges = std::mem::take(&mut self.edges);
+        let finder = self.finder_among(points, closed, haste, &|_, _| true, &mut edges, hooks);
+        self.edges = edges;
+        finder
     }
 
     /// The same among those cells (layer, cell) that are allowed.
-    fn finder_among(&self, points: &[usize], closed: bool, haste: f64, allowed: &dyn Fn(usize, usize) -> bool) -> RouteFinder<'a> {
+    fn finder_among(
+        &self,
+        points: &[usize],
+        closed: bool,
+        haste: f64,
+        allowed: &dyn Fn(usize, usize) -> bool,
+        edges: &mut EdgeTable,
+        hooks: &mut Hooks,
+    ) -> Result<RouteFinder<'a>, PlanError> {
         let (problem, settings, lattice) = (self.problem, self.settings, &self.lattice);
         let layers: Vec<&Cells> = points.iter().filter_map(|point| self.cells.get(point)).collect();
         let values = layers.iter().flat_map(|cells| &cells.value).copied();
@@ -194,7 +208,9 @@ impl<'a> Layers<'a> {
             slack: 0.0,
         };
         let limits = problem.limits.then(|| problem.robot.limits());
-        RouteFinder::new(self.graph(points, &layers, haste, allowed), search, limits, closed)
+        let mut graph = self.graph(points, &layers, haste, allowed);
+        graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
+        Ok(RouteFinder::new(graph, search, limits, closed))
     }
 
     /// Points at which a search begins.
@@ -203,7 +219,7 @@ impl<'a> Layers<'a> {
     }
 
     /// Routes along a way of intervals of the spin: as `finder`, with all cells closed that are further than a few from it.
-    pub fn finder_along(&self, way: &[(usize, usize)]) -> RouteFinder<'a> {
+    pub fn finder_along(&self, way: &[(usize, usize)], hooks: &mut Hooks) -> Result<RouteFinder<'a>, PlanError> {
         let (b, angles) = (self.lattice.branches(), self.lattice.angles());
         let points: Vec<usize> = way.iter().map(|(point, _)| *point).collect();
         let mut kept: Vec<Vec<bool>> = Vec::with_capacity(way.len());
@@ -218,7 +234,7 @@ impl<'a> Layers<'a> {
             }
             kept.push(open);
         }
-        self.finder_among(&points, false, f64::INFINITY, &|layer, cell| kept[layer][cell])
+        self.finder_among(&points, false, f64::INFINITY, &|layer, cell| kept[layer][cell], &mut EdgeTable::default(), hooks)
     }
 
     /// The graph of some points.
@@ -242,9 +258,11 @@ impl<'a> Layers<'a> {
             value: vec![f64::NAN; points.len() * cells],
             cause: Vec::with_capacity(points.len() * cells),
             wide: wide_joints(&problem.robot, problem.limits),
+            joint_weights: problem.joint_weights.clone(),
             weights: point_weights(&steps, false),
             steps,
             bounds: spans.iter().flat_map(|pair| (0..n).map(move |k| span(pair, k))).collect(),
+            edges: None,
         };
         for (layer, known) in layers.iter().enumerate() {
             graph.cause.extend_from_slice(&known.cause);

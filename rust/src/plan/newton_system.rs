@@ -111,8 +111,9 @@ impl<const C: usize> Model<C> {
         let q: Vec<[f64; C]> = points.iter().map(|point| point.q).collect();
         for edge in 0..problem.edges() {
             let next = (edge + 1) % points.len();
-            let factor = 2.0 * problem.smoothness() / problem.steps[edge];
+            let all = 2.0 * problem.smoothness() / problem.steps[edge];
             for k in 0..n {
+                let factor = all * problem.joint_weights.of(k);
                 let force = factor * problem.motion(&q, edge, k);
                 for (i, sign) in [(next, 1.0), (edge, -1.0)] {
                     self.lagrangian[i][k] += sign * force;

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::constraints::{Constraint, Kind};
+use super::corridor::weighed;
 use super::failure::{FailedJoint, FailureCause, Limited, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
@@ -39,6 +40,8 @@ pub(super) struct Part {
     pub cost: f64,
     /// Integral of the squared joint speed.
     pub motion: f64,
+    /// What the caller says that its steps cost.
+    pub edge_cost: f64,
     /// First-order residual.
     pub residual: f64,
     /// Weight of the motion.
@@ -169,6 +172,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         first,
         cost: found.cost,
         motion: problem.motion_integral(first, &rows),
+        edge_cost: 0.0,
         residual: found.residual,
         smoothness: stretch.smoothness(),
         refined: usable && found.status == RefineStatus::Converged,
@@ -189,7 +193,7 @@ pub(super) fn best_part(criterion: Criterion, parts: Vec<Part>) -> Part {
     let mut rivals: Vec<Part> = parts.into_iter().filter(|part| !any_whole || part.failure.is_none()).collect();
     let least = rivals.iter().map(cost).fold(f64::INFINITY, f64::min);
     let limit = least + TIE * least.abs();
-    let rank = |part: &Part| (cost(part) > limit, !part.refined, part.motion);
+    let rank = |part: &Part| (cost(part) > limit, !part.refined, part.motion + part.edge_cost);
     let better = |a: &(bool, bool, f64), b: &(bool, bool, f64)| (a.0, a.1) < (b.0, b.1) || ((a.0, a.1) == (b.0, b.1) && a.2 < b.2);
     let best = (1..rivals.len()).fold(0, |best, i| if better(&rank(&rivals[i]), &rank(&rivals[best])) { i } else { best });
     rivals.swap_remove(best)
@@ -242,7 +246,7 @@ impl WarmStart {
             std::iter::once(0.0).chain(ends).collect::<Vec<_>>()
         };
         let q = interpolated(places(path).into_iter(), &places(&self.path), &self.q, self.n);
-        let part = refined_part(problem, 0, &q, most, hooks)?;
+        let part = weighed(problem, refined_part(problem, 0, &q, most, hooks)?, &q, hooks)?;
         let (distance, angle) = problem.errors(&part.q);
         let on_path = distance.iter().chain(&angle).all(|error| *error <= ON_PATH);
         Ok(if part.is_optimum() && on_path { vec![part] } else { Vec::new() })
@@ -284,7 +288,7 @@ mod tests {
 
     fn part(cost: f64, motion: f64, refined: bool) -> Part {
         let (q, value) = (vec![0.0; 18], vec![1.0; 3]);
-        Part { first: 0, q, value, cost, motion, residual: 0.0, smoothness: 0.0, refined, failure: None }
+        Part { first: 0, q, value, cost, motion, edge_cost: 0.0, residual: 0.0, smoothness: 0.0, refined, failure: None }
     }
 
     #[test]

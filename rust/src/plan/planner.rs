@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::corridor::polished;
 use super::diagnosis::explained;
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, Phase, PlanError};
@@ -123,8 +124,10 @@ impl Planner {
             None => Vec::new(),
         };
         let mut ways = Vec::new();
+        // Finer grids have many more steps to ask of.
+        let coarse = !spare.joints.is_empty() || hooks.edge_cost.is_some();
         if parts.is_empty() {
-            let searches = settings.searches(!spare.joints.is_empty());
+            let searches = settings.searches(coarse);
             for search in 0..searches {
                 hooks.begin(search, searches);
                 if search > 0 {
@@ -144,6 +147,7 @@ impl Planner {
                 }
             }
         }
+        let parts = parts.into_iter().map(|part| polished(problem, part, hooks)).collect::<std::result::Result<Vec<_>, _>>()?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.is_bounded() {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;

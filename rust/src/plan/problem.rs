@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::frames::{spin, spin_frames, tools, turned_about};
 use super::graph::Criterion;
+use super::joint_weights::JointWeights;
 use super::numbers::{mean_size, sum};
 use super::path::{Orientation, Path, point_weights};
 use super::settings::{Aim, PlanSettings};
@@ -17,7 +18,7 @@ use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
-use crate::robot::{Joint, Robot, nearest_turn};
+use crate::robot::{AT_LIMIT, Joint, Robot, nearest_turn};
 use crate::task::{Projector, Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
@@ -54,6 +55,8 @@ pub struct PathProblem {
     pub criterion: Criterion,
     /// Weight of the integral of the squared joint speed over the path's share; next to nothing beside the values if not given.
     pub smoothness: Option<f64>,
+    /// Weights of the joints in the motion.
+    pub joint_weights: JointWeights,
     /// Share of the path that each point stands for.
     pub weights: Arc<[f64]>,
     /// Share of the path from each point to the next; one more than gaps in a stretch that closes.
@@ -112,6 +115,7 @@ impl PathProblem {
             objective: objective.filter(|_| !motion_alone),
             criterion: if settings.criterion == Aim::Minimax { Criterion::Minimax } else { Criterion::Integral },
             smoothness: if motion_alone { Some(1.0) } else { settings.smoothness },
+            joint_weights: JointWeights::new(robot.n(), settings.joint_weights.as_deref())?,
             weights: point_weights(&steps, settings.closed).into(),
             steps: steps.into(),
             bounds: motion_bounds(&robot, path, settings.limits).into(),
@@ -238,12 +242,12 @@ impl PathProblem {
         self.smoothness.unwrap_or(0.0)
     }
 
-    /// The integral of the squared joint speed over the share of the path from point `first` on, along postures.
+    /// The integral of the weighted squared joint speed over the share of the path from point `first` on, along postures.
     pub(super) fn motion_integral(&self, first: usize, q: &[f64]) -> f64 {
         let n = self.n();
         let steps = &self.steps[first..first + q.len() / n - 1];
         let total = sum(steps);
-        let square = |i: usize| (0..n).map(|k| (q[(i + 1) * n + k] - q[i * n + k]).powi(2)).sum::<f64>();
+        let square = |i: usize| self.joint_weights.squares(|k| q[(i + 1) * n + k] - q[i * n + k]);
         steps.iter().enumerate().map(|(i, step)| square(i) * (total / step)).sum()
     }
 
@@ -300,6 +304,25 @@ impl PathProblem {
                 }
             }
         }
+    }
+
+    /// Whether a posture of a point is within limits and the range of the spin.
+    pub(super) fn is_within(&self, point: usize, q: &[f64]) -> bool {
+        let in_range = |range: (f64, f64)| {
+            let mut row = [0.0; MAX_JOINTS];
+            row[..q.len()].copy_from_slice(q);
+            let spin = self.spin(point, &row);
+            spin >= range.0 - AT_LIMIT && spin <= range.1 + AT_LIMIT
+        };
+        (!self.limits || self.robot.limits().contain(q)) && self.spin.is_none_or(|spin| in_range(spin.range))
+    }
+
+    /// Whether postures of the points from `first` on are within all bounds.
+    pub(super) fn holds(&self, first: usize, q: &[f64]) -> bool {
+        let n = self.n();
+        let steps = q.iter().zip(&q[n..]).zip(&self.bounds[first * n..]);
+        q.chunks_exact(n).enumerate().all(|(i, row)| self.is_within(first + i, row))
+            && steps.into_iter().all(|((from, to), bound)| (to - from).abs() <= *bound)
     }
 
     /// Brings a posture onto a target; whether it got there.

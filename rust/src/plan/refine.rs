@@ -152,7 +152,7 @@ impl<const C: usize> Solver<'_, C> {
         let problem = self.problem;
         let mut motion = 0.0;
         for edge in 0..problem.edges() {
-            motion += (0..problem.n()).map(|k| problem.motion(q, edge, k).powi(2)).sum::<f64>() / problem.steps[edge];
+            motion += problem.joint_weights.squares(|k| problem.motion(q, edge, k)) / problem.steps[edge];
         }
         let own = match (&problem.objective, problem.criterion) {
             (None, _) => 0.0,

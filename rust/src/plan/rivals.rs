@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::corridor::weighed;
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
@@ -55,17 +56,20 @@ pub(super) fn best_of(
         if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
         }
-        let part = first_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
+        let route = segment.at(&kept, n);
+        let part = weighed(&thin, first_part(&thin, 0, &route, most, hooks)?, &route, hooks)?;
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way });
     }
     let ways = ways(problem, &kept, &tried);
     let mut parts: Vec<Part> = tried.into_iter().map(|tried| tried.part).collect();
     let mut carried: Vec<Part> = Vec::new();
+    let all: Vec<usize> = (first..=last).collect();
     while !parts.is_empty() && carried.len() < CARRIED {
         let best = best_part(problem.criterion, parts.clone());
         parts.retain(|part| part.q != best.q);
-        let part = carried_over(problem, &kept, best, most, hooks)?;
+        let route = at(&kept, &best.q, &all, n);
+        let part = weighed(problem, carried_over(problem, &kept, best, most, hooks)?, &route, hooks)?;
         let done = part.is_optimum();
         carried.push(part);
         if done {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use super::joint_weights::JointWeights;
 use super::numbers::shown;
 use crate::error::{Error, Result};
 
@@ -48,6 +49,8 @@ pub struct PlanSettings {
     pub limits: bool,
     /// Weight of the integral of the squared joint speed over the path's share; next to nothing beside the value if not given.
     pub smoothness: Option<f64>,
+    /// Weights of the joints in the motion, one a joint; 1 if not given.
+    pub joint_weights: Option<Vec<f64>>,
     /// Spins of the search's grid.
     pub n_angles: usize,
     /// Points of the path at which the first search begins.
@@ -82,6 +85,7 @@ impl Default for PlanSettings {
             criterion: Aim::Minimax,
             limits: true,
             smoothness: None,
+            joint_weights: None,
             n_angles: 48,
             layers: 32,
             spin_range: None,
@@ -118,6 +122,9 @@ impl PlanSettings {
         match self.smoothness {
             Some(x) if !(x >= 0.0 && x.is_finite()) => return Err(Error::value("smoothness", shown(x), "a finite number of at least 0")),
             _ => {}
+        }
+        if let Some(weights) = &self.joint_weights {
+            JointWeights::check(weights)?;
         }
         let step = self.max_spin_step;
         if !(step > 0.0 && step <= PI) {

@@ -61,7 +61,10 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
         hooks.go_on()?;
         let runs = open_runs(known, &points);
         let whole = runs.len() == 1 && runs[0].len() == runs_length(known, &points);
-        found = runs.iter().flat_map(|run| routes(problem, known, run, whole)).collect();
+        found.clear();
+        for run in &runs {
+            found.extend(routes(problem, known, run, whole, hooks)?);
+        }
         let more = where_more_is_needed(problem, known, &points, &found, hooks)?;
         if more.is_empty() {
             break;
@@ -73,7 +76,7 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     for rivals in &found {
         let (part, ways) = best_of(problem, known, rivals, most, hooks)?;
         out.ways = ways;
-        out.parts.push(blocked(problem, rivals, part));
+        out.parts.push(blocked(problem, rivals, part, hooks));
     }
     if found.len() != 1 {
         out.ways.clear();
@@ -97,7 +100,7 @@ pub(super) fn improved(
     for _ in 0..IMPROVED {
         let Better::Maybe(way) = better_way(problem, known, &part, hooks)? else { break };
         let points: Vec<usize> = way.iter().map(|(point, _)| *point).collect();
-        let route = known.finder_along(&way).find(0.0);
+        let route = known.finder_along(&way, hooks)?.find(0.0);
         if route.cells.len() < points.len() {
             break;
         }
@@ -134,12 +137,12 @@ fn runs_length(known: &Layers, points: &[usize]) -> usize {
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
-fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) -> Vec<Rivals> {
+fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bool, hooks: &mut Hooks) -> Result<Vec<Rivals>, PlanError> {
     let closed = problem.closed && whole;
     let bounded = problem.is_bounded();
     let slacks = if problem.criterion == Criterion::Minimax { &SLACKS[..] } else { &[0.0] };
     for haste in HASTES.into_iter().take(if bounded { HASTES.len() } else { 1 }) {
-        let mut finder = known.finder(points, closed, haste);
+        let mut finder = known.finder(points, closed, haste, hooks)?;
         let first = finder.find(slacks[0]);
         if first.cells.len() < points.len() {
             continue;
@@ -149,7 +152,11 @@ fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) 
         let ways = finder.ways(WAYS);
         if bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
-            rivals.push(known.finder(points, closed, f64::INFINITY).find(slacks[0]));
+            rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
+        }
+        if hooks.edge_cost.is_some() {
+            // The way that is best but for the caller's costs: a plan with them is to be no worse than one without.
+            rivals.push(known.finder(points, closed, haste, &mut Hooks::default())?.find(slacks[0]));
         }
         let mut kept: Vec<FoundRoute> = Vec::new();
         for rival in rivals {
@@ -160,18 +167,18 @@ fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) 
         let mut segments: Rivals = kept.into_iter().map(|route| segment(points, route, 0)).collect();
         // The routes so far are the first way.
         segments.extend(ways.into_iter().skip(1).zip(1..).map(|(route, way)| segment(points, route, way)));
-        return vec![segments];
+        return Ok(vec![segments]);
     }
     let (mut parts, mut rest) = (Vec::new(), points);
     while !rest.is_empty() {
-        let part = segment(rest, known.finder(rest, false, 1.0).find(0.0), 0);
+        let part = segment(rest, known.finder(rest, false, 1.0, hooks)?.find(0.0), 0);
         if part.points.is_empty() {
             break;
         }
         rest = &rest[part.points.len()..];
         parts.push(vec![part]);
     }
-    parts
+    Ok(parts)
 }
 
 fn segment(points: &[usize], route: FoundRoute, way: usize) -> Segment {
@@ -232,7 +239,7 @@ fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> R
 }
 
 /// A part with the reason why its route ends before the path does.
-fn blocked(problem: &PathProblem, rivals: &[Segment], mut part: Part) -> Part {
+fn blocked(problem: &PathProblem, rivals: &[Segment], mut part: Part, hooks: &Hooks) -> Part {
     let n = problem.n();
     let ended = rivals[0].points[rivals[0].points.len() - 1];
     if let Some(blockage) = rivals[0].blocked.filter(|_| ended + 1 < problem.points()) {
@@ -240,8 +247,13 @@ fn blocked(problem: &PathProblem, rivals: &[Segment], mut part: Part) -> Part {
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
-        part.failure =
-            Some(if bounded { PlanFailure::new(ended + 1, cause, Some(joint)) } else { PlanFailure::at(ended + 1, FailureCause::NoWay) });
+        part.failure = Some(if bounded {
+            PlanFailure::new(ended + 1, cause, Some(joint))
+        } else if blockage.excess <= 1.0 && hooks.edge_cost.is_some() {
+            PlanFailure::at(ended + 1, FailureCause::EdgeCost)
+        } else {
+            PlanFailure::at(ended + 1, FailureCause::NoWay)
+        });
     }
     part
 }

@@ -38,6 +38,8 @@ pub struct Plan {
     pub cost: f64,
     /// Integral of the squared joint speed over the path's share [rad^2 or m^2].
     pub motion: f64,
+    /// What the caller says that its steps cost.
+    pub edge_cost: f64,
     /// No path can do better than this, to the resolution of the search; NaN where it was not asked for.
     pub bound: f64,
     /// First-order residual: the largest slope of the Lagrangian along a free motion.
@@ -108,6 +110,7 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         smoothness: parts.first().map_or(0.0, |part| part.smoothness),
         cost: whole.map_or(f64::NAN, |part| if value.contains(&f64::INFINITY) { f64::INFINITY } else { part.cost }),
         motion: problem.motion_integral(0, &q),
+        edge_cost: parts.iter().map(|part| part.edge_cost).sum(),
         bound: f64::NAN,
         residual: parts.iter().map(|part| part.residual).reduce(|a, b| if b > a { b } else { a }).unwrap_or(f64::NAN),
         refined: whole.is_some_and(|part| part.refined),

@@ -14,7 +14,7 @@ use crate::robot::PyRobot;
 /// point : int
 ///     First point that is not reached as it should be, counted from 0.
 /// cause : str
-///     "unreachable", "joint limit", "singular", "predicate", "speed limit", "step limit", "spin range", "no way" (the point has postures, but
+///     "unreachable", "joint limit", "singular", "predicate", "speed limit", "step limit", "edge cost", "spin range", "no way" (the point has postures, but
 ///     no branch leads there from the points before) or "not closed".
 /// joint : int or None
 ///     The joint in the way, counted from 0, for the limits of joints.

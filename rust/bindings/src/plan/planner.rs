@@ -10,7 +10,7 @@ use redundancy::plan::{Hooks, Plan, Planner, Progress, WarmStart};
 
 use super::failure::PyPlanFailure;
 use super::path::{PyPath, rows_array};
-use super::predicate::{asked, raised};
+use super::predicate::{asked, priced, raised};
 use super::settings::PyPlanSettings;
 use crate::array::{Rows, read_rows, vector};
 use crate::errors::PyResult;
@@ -33,6 +33,7 @@ pub struct PyPlannedPath {
     smoothness: f64,
     cost: f64,
     motion: f64,
+    edge_cost: f64,
     bound: f64,
     residual: f64,
     refined: bool,
@@ -52,6 +53,7 @@ impl PyPlannedPath {
             smoothness: plan.smoothness,
             cost: plan.cost,
             motion: plan.motion,
+            edge_cost: plan.edge_cost,
             bound: plan.bound,
             residual: plan.residual,
             refined: plan.refined,
@@ -69,12 +71,14 @@ impl PyPlannedPath {
 ///     The problem.
 /// feasible : callable, optional
 ///     Gets postures (M, n), returns which are allowed, bool of shape (M,).
+/// edge_cost : callable, optional
+///     Gets postures before and after a step, (M, n) each, returns what the step costs, shape (M,).
 /// warm_start : tuple, optional
 ///     Path and postures (N, n) of an earlier plan.
 /// progress : callable, optional
 ///     Called with the share of the work that was done since the last call; all of them together are 1.
 #[pyfunction]
-#[pyo3(signature = (robot, path, task, objective, settings, feasible=None, warm_start=None, progress=None))]
+#[pyo3(signature = (robot, path, task, objective, settings, feasible=None, edge_cost=None, warm_start=None, progress=None))]
 pub fn plan_path(
     py: Python<'_>,
     robot: &PyRobot,
@@ -83,6 +87,7 @@ pub fn plan_path(
     objective: Option<Py<PyObjective>>,
     settings: &PyPlanSettings,
     feasible: Option<Py<PyAny>>,
+    edge_cost: Option<Py<PyAny>>,
     warm_start: Option<(PyRef<'_, PyPath>, Bound<'_, PyAny>)>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyPlannedPath> {
@@ -96,10 +101,12 @@ pub fn plan_path(
     let interruption = Interruption { objective, error: Mutex::new(None), asked: Mutex::new(Instant::now()) };
     let planned = py.detach(|| {
         let mut ask = feasible.as_ref().map(|feasible| |q: &[f64]| asked(feasible, q, n));
+        let mut price = edge_cost.as_ref().map(|edge_cost| |before: &[f64], after: &[f64]| priced(edge_cost, before, after, n));
         let mut tell = progress.as_ref().map(|progress| |share: f64| interruption.tell(progress, share));
         let mut cancelled = || interruption.is_cancelled();
         planner.plan(&mut Hooks {
             feasible: ask.as_mut().map(|ask| ask as _),
+            edge_cost: price.as_mut().map(|price| price as _),
             progress: tell.as_mut().map(|tell| Progress::new(tell)),
             cancelled: Some(&mut cancelled),
         })

@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use redundancy::error::Error;
 use redundancy::plan::{Aim, PlanSettings};
 
+use crate::array::read_list;
 use crate::errors::PyResult;
 
 /// How a path is planned; as for `redundancy.plan`, which explains every setting. Angles in radians, joints counted from 0.
@@ -36,13 +37,14 @@ fn numbers(name: &str, given: Option<Vec<i64>>) -> PyResult<Option<Vec<usize>>> 
 #[pymethods]
 impl PyPlanSettings {
     #[new]
-    #[pyo3(signature = (criterion=None, limits=None, *, smoothness=None, n_angles=None, layers=None, spin_range=None, max_spin_step=None,
+    #[pyo3(signature = (criterion=None, limits=None, *, smoothness=None, joint_weights=None, n_angles=None, layers=None, spin_range=None, max_spin_step=None,
         max_step=None, spare=None, n_spare=None, branches=None, branch_changes=None, closed=None, bound=None, effort=None,
         max_iterations=None))]
     fn new(
         criterion: Option<&str>,
         limits: Option<bool>,
         smoothness: Option<f64>,
+        joint_weights: Option<&Bound<'_, PyAny>>,
         n_angles: Option<i64>,
         layers: Option<i64>,
         spin_range: Option<(f64, f64)>,
@@ -62,6 +64,7 @@ impl PyPlanSettings {
             criterion: criterion.map_or(Ok(default.criterion), Aim::named)?,
             limits: limits.unwrap_or(default.limits),
             smoothness,
+            joint_weights: joint_weights.map(|given| read_list("joint_weights", given)).transpose()?,
             n_angles: count("n_angles", n_angles, default.n_angles)?,
             layers: count("layers", layers, default.layers)?,
             spin_range,
@@ -101,6 +104,12 @@ impl PyPlanSettings {
     #[getter]
     fn smoothness(&self) -> Option<f64> {
         self.settings.smoothness
+    }
+
+    /// Weights of the joints in the motion.
+    #[getter]
+    fn joint_weights(&self) -> Option<Vec<f64>> {
+        self.settings.joint_weights.clone()
     }
 
     /// Spins of the search's grid.

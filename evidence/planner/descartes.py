@@ -1,10 +1,9 @@
-"""Plan a toolpath with this package and with Descartes, in one run, and print a table of times and motions.
+"""`redundancy.plan` beside Descartes, in one run on one processor.
 
-python benches/python/plan_against_descartes.py --points 50 200 --repeat 5 > table.md
-
-ABB IRB 2400, the tool held downwards along a wave, its spin free. Descartes (ROS-Industrial, in Tesseract's wheel)
-takes every posture at spins 2 degrees apart and searches the ladder of them for the shortest motion, without
-collisions. Both planners have one processor.
+``python -m evidence.planner.descartes [--write] [--points 50 200] [--repeat 5]`` prints the table of
+docs/plan_comparison.md; with --write it puts it there. ABB IRB 2400, the tool held downwards along a wave, its spin
+free. Descartes (ROS-Industrial, Apache-2.0, in Tesseract's wheel) takes every posture at spins 2 degrees apart and
+searches the ladder of them for the shortest motion, without collisions.
 """
 
 import argparse
@@ -15,12 +14,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import version
 from platform import python_version
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any, TypeAlias
 
 import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
+
+from evidence.pages import DOCS, show, table
 
 F64 = NDArray[np.float64]
 Planner = Callable[[], F64]
@@ -28,6 +29,7 @@ Planner = Callable[[], F64]
 Module: TypeAlias = Any
 Profile: TypeAlias = Any
 
+PAGE = DOCS / "plan_comparison.md"
 ROBOT = "abb_irb2400"
 PEER = "tesseract-robotics-nanobind==0.35.0.3"
 SPIN_STEP = np.deg2rad(2.0)
@@ -43,8 +45,8 @@ class Figures:
 
     Attributes
     ----------
-    time : float
-        Median wall time [ms].
+    time, processor : float
+        Median wall time and processor time [ms].
     length : float
         Way of all joints together [rad].
     step : float
@@ -54,13 +56,14 @@ class Figures:
     """
 
     time: float
+    processor: float
     length: float
     step: float
     roughness: float
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run and print.
+    """Print the table; with --write, put it into the page.
 
     Parameters
     ----------
@@ -75,6 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, nargs="+", default=[50, 200], help="points of the path")
     parser.add_argument("--repeat", type=int, default=5, help="timed runs, of which the median counts")
+    parser.add_argument("--write", action="store_true", help="put the table into the page")
     options = parser.parse_args(arguments)
     if min(options.points) < 3 or options.repeat < 1:
         parser.error("needs 3 points and 1 run at least")
@@ -86,19 +90,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     tesseract("planning")
-    _row("points", "planner", "time, ms", "joint path, rad", "largest step, rad", "rms second difference, rad")
-    _row(*6 * ["---"])
+    rows: list[list[object]] = []
     for count in options.points:
         position = wave(count)
         peer = measure(descartes(position), position, options.repeat)
         own = measure(ours(position), position, options.repeat)
-        _row(count, "Descartes, 2 deg", *_texts(peer))
-        _row(count, "`rd.plan`", *_texts(own))
-        time, length, roughness = peer.time / own.time, peer.length / own.length, peer.roughness / own.roughness
-        _row(count, "ratio (Descartes/ours)", f"{time:.3g}", f"{length:.3g}", "-", f"{roughness:.3g}")
+        time, processor = peer.time / own.time, peer.processor / own.processor
+        ratios = (
+            f"{time:.3g}, {processor:.3g}",
+            f"{peer.length / own.length:.3g}",
+            "",
+            f"{peer.roughness / own.roughness:.3g}",
+        )
+        rows.append([count, "Descartes, 2 deg", *_texts(peer)])
+        rows.append([count, "`rd.plan`", *_texts(own)])
+        rows.append([count, "Descartes over `rd.plan`", *ratios])
+    head = ("points", "planner", "time, wall and CPU [ms]", "joint path [rad]", "largest step [rad]")
     packages = ", ".join(f"{name} {version(name)}" for name in (PEER.partition("==")[0], "numpy"))
     load = f", load {os.getloadavg()[0]:.2g}" if hasattr(os, "getloadavg") else ""
-    print(f"\nPython {python_version()}, redundancy {rd.__version__}, {packages}; median of {options.repeat}{load}.")
+    made = f"Python {python_version()}, redundancy {rd.__version__}, {packages}; median of {options.repeat}{load}."
+    text = f"{table((*head, 'rms second difference [rad]'), rows)}\n\n{made}"
+    show(PAGE, [("descartes", text)], options.write)
     return 0
 
 
@@ -233,12 +245,13 @@ def measure(planner: Planner, position: F64, repeat: int) -> Figures:
     _check(q, position)
     times = []
     for _ in range(repeat):
-        start = perf_counter()
+        start = perf_counter(), process_time()
         planner()
-        times.append(perf_counter() - start)
+        times.append((perf_counter() - start[0], process_time() - start[1]))
     step = np.abs(np.diff(q, axis=0))
     roughness = np.sqrt(np.mean(np.diff(q, 2, axis=0) ** 2))
-    return Figures(1e3 * float(np.median(times)), float(step.sum()), float(step.max()), float(roughness))
+    wall, processor = 1e3 * np.median(times, axis=0)
+    return Figures(float(wall), float(processor), float(step.sum()), float(step.max()), float(roughness))
 
 
 def _check(q: F64, position: F64) -> None:
@@ -274,11 +287,8 @@ def _one_thread(solvers: Module) -> Profile:
 
 
 def _texts(figures: Figures) -> tuple[str, str, str, str]:
-    return f"{figures.time:.1f}", f"{figures.length:.4f}", f"{figures.step:.4f}", f"{figures.roughness:.2e}"
-
-
-def _row(*cells: object) -> None:
-    print(f"| {' | '.join(map(str, cells))} |", flush=True)
+    times = f"{figures.time:.1f}, {figures.processor:.1f}"
+    return times, f"{figures.length:.4f}", f"{figures.step:.4f}", f"{figures.roughness:.2e}"
 
 
 if __name__ == "__main__":
