@@ -2,10 +2,10 @@
 
 Jobs are those of `tests.reference.plan_jobs`: robots of the library, planar and SCARA arms, gantries, rails; lines,
 arcs, spirals, corners, motions of the joints, through and beside singular postures; every kind of task and criterion,
-with and without times. Bars: no exception but the package's own, and that only where a task asks for more than a robot can
-do; no warning; tool, limits, speeds, values and bound by own kinematics; no step above the largest of which no failure
-speaks; no failure where a motion is known, or where brute force finds a way (on a sample of the others), and no point
-"unreachable" that Newton reaches.
+with and without times. Bars: no exception but the package's own, and that only where a task asks for more than a
+robot can do; no warning; tool, limits, speeds, values and bound by own kinematics; no step above the largest of which
+no failure speaks; no failure where a motion is known, or where brute force finds a way (on a sample of the others),
+and no point "unreachable" that Newton reaches.
 """
 
 import argparse
