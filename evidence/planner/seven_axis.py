@@ -47,6 +47,14 @@ class Job:
     path: rd.Toolpath
     known: F64
 
+    @property
+    def largest(self) -> F64:
+        """Largest motions of the joints from point to point [rad]."""
+        time = self.path.time
+        assert time is not None
+        largest: F64 = np.diff(time)[:, None] * self.robot.qd_max
+        return largest
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -127,8 +135,8 @@ def measure(name: str, number: int, held: int) -> Measured:
     plan_seconds = time.process_time() - begin
     begin = time.process_time()
     shares = core_path(case.path).shares
-    frames, largest = case.robot.fk(case.known), np.diff(case.path.time)[:, None] * case.robot.qd_max
-    found = [least_motion(case.robot, frames, shares, largest, joint) for joint in _free_joints(case, held)]
+    frames = case.robot.fk(case.known)
+    found = [least_motion(case.robot, frames, shares, case.largest, joint) for joint in _free_joints(case, held)]
     ways = [way for way in found if way is not None]
     way = min(ways, key=lambda way: way.motion) if ways else None
     grid_seconds = time.process_time() - begin
@@ -146,13 +154,13 @@ def fault(case: Job, plan: rd.Plan) -> str:
     if plan.failure is not None:
         return f"failure: {plan.failure.told(case.robot)}"
     tools = case.robot.fk(plan.q)
-    away = max(np.abs(tools[:, :3, 3] - case.path.position).max(), np.abs(tools[:, :3, :3] - case.path.rotation).max())
+    away = max(np.abs(tools[:, :3, 3] - case.path.position).max(), np.abs(tools - case.robot.fk(case.known)).max())
     if not away <= ON_PATH:
         return f"off the path by {away:.1e}"
     beyond = max((case.robot.q_min - plan.q).max(), (plan.q - case.robot.q_max).max())
     if not beyond <= ON_PATH:
         return f"beyond a limit by {beyond:.1e}"
-    speed = (np.abs(np.diff(plan.q, axis=0)) / np.diff(case.path.time)[:, None] / case.robot.qd_max).max()
+    speed = (np.abs(np.diff(plan.q, axis=0)) / case.largest).max()
     return f"too fast: {speed:.6f}" if speed > 1.0 + 1e-7 else ""
 
 
