@@ -98,6 +98,9 @@ def check(job: Job, plan: rd.Plan) -> list[tuple[str, str]]:
         beyond = np.where(reached, np.maximum(robot.q_min - q, q - robot.q_max).max(axis=1), -1.0)
         if beyond.max(initial=-1.0) > WITHIN:
             faults.append(("beyond a limit", f"by {beyond.max():.1e} at point {beyond.argmax()}"))
+    allowed = job.settings.get("feasible")
+    if allowed is not None and not allowed(q[reached]).all():
+        faults.append(("not allowed", f"{int((~allowed(q[reached])).sum())} points"))
     faults += _steps(job, plan, reached)
     faults += _values(job, plan, reached)
     if plan.failure is None and job.settings.get("closed"):

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 import redundancy as rd
+from numpy.typing import NDArray
 
 from tests.reference.chain import F64, random_frame
 from tests.reference.motions import followed, frames_of
@@ -63,6 +64,19 @@ class Job:
         """Plan it."""
         settings = self.settings | more
         return rd.plan(self.robot, self.path, self.task, self.objective, progress=False, **settings)
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """A reason of the user's own: joints within some distance of those of a motion."""
+
+    known: F64
+    distance: float
+
+    def __call__(self, q: F64) -> NDArray[np.bool_]:
+        """Say of postures (M, n) which are allowed."""
+        low, high = self.known.min(axis=0) - self.distance, self.known.max(axis=0) + self.distance
+        return np.asarray(((q >= low) & (q <= high)).all(axis=1))
 
 
 def _dh(
@@ -139,6 +153,13 @@ def job(seed: int, number: int) -> Job:
     if known is not None and not timed and len(known) > 1 and np.abs(np.diff(known, axis=0)).max() > step:
         known = None
     turned = kind in ("full", "general") or rng.random() < 0.3
+    if turned and kind == "axisymmetric" and rng.random() < 0.3:
+        # The known motion has spin 0.
+        settings["spin_range"] = (-float(rng.uniform(0.1, 3.0)), float(rng.uniform(0.1, 3.0)))
+    if known is not None and rng.random() < 0.05:
+        settings["feasible"] = Around(known, float(rng.uniform(0.1, 1.0)))
+    elif rng.random() < 0.05:
+        settings["limits"] = False
     path = rd.Toolpath(frames[:, :3, 3], frames[:, :3, :3] @ axis, frames[:, :3, :3] if turned else None, time)
     objective = None if settings["criterion"] == "motion" else _objective(robot, task, rng)
     words = [name, shape, kind, settings["criterion"], "timed" if timed else "untimed"]
@@ -278,13 +299,37 @@ def _past_singular(robot: rd.Robot, points: int, step: float, rng: np.random.Gen
     known = middle + size * s * direction
     frames = frames_of(robot, known)
     offset = float(rng.choice(OFFSETS))
+    aside = rng.standard_normal(3)
+    flat = [1.0, 1.0, 0.0] if robot.name.startswith("planar") else [1.0, 1.0, 1.0]
+    if rng.random() < 0.5:
+        direction = rng.standard_normal(3) * flat
+        if rng.random() < 0.5:
+            direction = np.eye(3)[rng.integers(2)]
+        frames, known = _straight_past(robot, middle, direction / np.linalg.norm(direction), points, step, rng)
     if offset == 0.0:
         return frames, known
-    aside = rng.standard_normal(3)
-    if robot.name.startswith("planar"):
-        aside[2] = 0.0
+    aside *= flat
     frames[:, :3, 3] += offset * aside / np.linalg.norm(aside)
     return frames, None
+
+
+def _straight_past(
+    robot: rd.Robot, middle: F64, direction: F64, points: int, step: float, rng: np.random.Generator
+) -> tuple[F64, F64 | None]:
+    """Return a straight line with a singular posture in its middle, and a motion from there to both ends if any."""
+    half = 0.25 * _reach(robot) * rng.uniform(0.1, 1.0)
+    frames = np.tile(frames_of(robot, middle[None]), (points, 1, 1))
+    frames[:, :3, 3] += np.linspace(-half, half, points)[:, None] * direction if points > 1 else 0.0
+    centre = points // 2
+    z = np.array([0.0, 0.0, 1.0])
+    ahead = followed(robot, middle, frames[centre:], "full", z)
+    behind = followed(robot, middle, frames[:centre][::-1], "full", z)
+    if ahead is None or behind is None:
+        return frames, None
+    known = np.concatenate([behind[::-1], ahead])
+    within = (known >= robot.q_min).all() and (known <= robot.q_max).all()
+    steady = points == 1 or np.abs(np.diff(known, axis=0)).max() <= step
+    return frames, known if within and steady else None
 
 
 def _singular(robot: rd.Robot, q: F64, rng: np.random.Generator) -> F64:
