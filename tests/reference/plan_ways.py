@@ -3,6 +3,8 @@
 What is found is a way, from point to point within limits and steps; where nothing is found there may be one still.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from redundancy.errors import RedundancyError
@@ -10,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from tests.reference.chain import F64
 from tests.reference.motions import FOLLOWED, LONGEST, carried, frames_of, jacobians_of, twist_errors
+from tests.reference.plan_checks import Outcome, off_path
 from tests.reference.plan_jobs import Job
 
 Index = NDArray[np.intp]
@@ -23,6 +26,24 @@ STARTS = 600
 WITHIN = 1e-9
 SLACK = 1e-9
 """Part of a step that is rounding."""
+
+
+def confirmed(outcome: Outcome, seed: int = 0) -> Outcome:
+    """Add what brute force says of a failure where no motion is known: a way, or a posture at an unreachable point."""
+    plan, job = outcome.plan, outcome.job
+    if plan is None or plan.failure is None or job.known is not None:
+        return outcome
+    faults = list(outcome.faults)
+    told = plan.failure.told(job.robot)
+    if plan.failure.cause == "unreachable":
+        starts = random_starts(job, 400, np.random.default_rng(seed))
+        postures = reached(job, plan.failure.point, starts)
+        if len(postures):
+            faults.append(("reachable after all", f"{told}; {np.round(postures[0], 4).tolist()}"))
+    found = way(job, seed)
+    if found is not None and off_path(job, found).max() < 1e-8:
+        faults.append(("false failure by brute force", told))
+    return replace(outcome, faults=faults)
 
 
 def way(job: Job, seed: int = 0) -> F64 | None:

@@ -12,36 +12,16 @@ import argparse
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import replace
 from time import perf_counter
 
-import numpy as np
 from redundancy._util import progress_bar as progress
 
 from tests.reference import plan_jobs
-from tests.reference.plan_checks import Outcome, off_path, run
-from tests.reference.plan_ways import random_starts, reached, way
+from tests.reference.plan_checks import Outcome, run
+from tests.reference.plan_ways import confirmed
 
 LISTED = 6
 """Jobs that are shown of each kind of fault."""
-
-
-def confirmed(outcome: Outcome, seed: int = 0) -> Outcome:
-    """Add what brute force says of a failure where no motion is known: a way, or a posture at an unreachable point."""
-    plan, job = outcome.plan, outcome.job
-    if plan is None or plan.failure is None or job.known is not None:
-        return outcome
-    faults = list(outcome.faults)
-    told = plan.failure.told(job.robot)
-    if plan.failure.cause == "unreachable":
-        starts = random_starts(job, 400, np.random.default_rng(seed))
-        postures = reached(job, plan.failure.point, starts)
-        if len(postures):
-            faults.append(("reachable after all", f"{told}; {np.round(postures[0], 4).tolist()}"))
-    found = way(job, seed)
-    if found is not None and off_path(job, found).max() < 1e-8:
-        faults.append(("false failure by brute force", told))
-    return replace(outcome, faults=faults)
 
 
 def outcomes(seed: int, numbers: range, sample: int) -> Iterator[tuple[int, Outcome]]:
