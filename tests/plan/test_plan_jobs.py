@@ -14,7 +14,7 @@ SMALL = """
 """Jobs that take some milliseconds each."""
 
 
-@pytest.mark.parametrize("number", map(int, SMALL.split()))
+@pytest.mark.parametrize("number", [int(number) for number in SMALL.split()])
 def test_nothing_is_wrong(number: int) -> None:
     outcome = confirmed(run(job(0, number)))
     assert outcome.faults == [], outcome.job.name
