@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from redundancy.errors import RedundancyError
 
 from tests.reference.chain import F64
-from tests.reference.motions import frames_of, jacobians_of, twist_errors
+from tests.reference.motions import frames_of, jacobians_of, rotation_vectors, twist_errors
 from tests.reference.plan_jobs import Job
 
 Bool = NDArray[np.bool_]
@@ -106,6 +106,12 @@ def check(job: Job, plan: rd.Plan) -> list[tuple[str, str]]:
     told = plan.failure is not None and plan.failure.cause == "predicate"
     if allowed is not None and not told and not allowed(q[reached]).all():
         faults.append(("not allowed", f"{int((~allowed(q[reached])).sum())} points"))
+    if "spin_range" in job.settings and job.path.rotation is not None:
+        low, high = job.settings["spin_range"]
+        turn = job.path.rotation.transpose(0, 2, 1) @ frames_of(robot, q)[:, :3, :3]
+        spin = (rotation_vectors(turn) @ job.task.axis)[reached]
+        if (spin < low - ON_PATH).any() or (spin > high + ON_PATH).any():
+            faults.append(("beyond the spin range", f"{spin.min():.6f} to {spin.max():.6f} of {low:.6f} to {high:.6f}"))
     faults += _steps(job, plan, reached)
     faults += _values(job, plan, reached)
     if plan.failure is None and job.settings.get("closed"):

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from tests.reference.chain import F64
 from tests.reference.motions import FOLLOWED, LONGEST, carried, frames_of, jacobians_of, twist_errors
 from tests.reference.plan_checks import Outcome, off_path
-from tests.reference.plan_jobs import Job
+from tests.reference.plan_jobs import Job, about
 
 Index = NDArray[np.intp]
 
@@ -49,7 +49,9 @@ def confirmed(outcome: Outcome, seed: int = 0) -> Outcome:
 def way(job: Job, seed: int = 0) -> F64 | None:
     """Return a motion along the whole path, or None where none was found; closed paths are searched as open ones."""
     found = _on_grid(job)
-    return found if found is not None else _in_cloud(job, np.random.default_rng(seed))
+    if found is not None or "spin_range" in job.settings:
+        return found  # the cloud knows no spins
+    return _in_cloud(job, np.random.default_rng(seed))
 
 
 def _on_grid(job: Job) -> F64 | None:
@@ -81,8 +83,11 @@ def _states(job: Job, point: int) -> F64 | None:
     """Return postures at a point within limits, in every whole turn; None where a grid of one value is not enough."""
     robot, path, task = job.robot, job.path, job.task
     if task.kind == "axisymmetric" and robot.n == 6:
-        around = np.linspace(-np.pi, np.pi, SPINS, endpoint=False)
+        low, high = job.settings.get("spin_range", (-np.pi, np.pi))
+        around = np.linspace(low, high, SPINS)
         frames = _spun(path.position[point], path.axis[point], task.axis, around)
+        if path.rotation is not None:
+            frames[:, :3, :3] = path.rotation[point] @ about(task.axis, around)
     elif task.kind == "full" and path.rotation is not None and robot.n in (6, 7):
         frames = np.eye(4)[None]
         frames[0, :3, :3], frames[0, :3, 3] = path.rotation[point], path.position[point]
