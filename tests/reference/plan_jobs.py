@@ -392,7 +392,7 @@ def _placed(first: F64, curve: F64, size: float, robot: rd.Robot, rng: np.random
     about = rng.standard_normal(3)
     if flat:
         angle = rng.uniform(-np.pi, np.pi)
-        turn = about(np.array([0.0, 0.0, 1.0]), np.array([angle]))[0]
+        turn = turned_about(np.array([0.0, 0.0, 1.0]), np.array([angle]))[0]
         curve = curve * [1.0, 1.0, 0.0]
     if flat or robot.joints == "RRPR":
         about = np.array([0.0, 0.0, 1.0])
@@ -402,12 +402,12 @@ def _placed(first: F64, curve: F64, size: float, robot: rd.Robot, rng: np.random
         share = np.sin(np.pi * share) ** 2
         share[-1] = 0.0
     frames = np.tile(first, (len(curve), 1, 1))
-    frames[:, :3, :3] = about(about / np.linalg.norm(about), angle * share) @ first[:3, :3]
+    frames[:, :3, :3] = turned_about(about / np.linalg.norm(about), angle * share) @ first[:3, :3]
     frames[:, :3, 3] = first[:3, 3] + size * rng.uniform(0.2, 1.0) * curve @ turn.T
     return frames
 
 
-def about(axis: F64, angle: F64) -> F64:
+def turned_about(axis: F64, angle: F64) -> F64:
     """Return rotations about an axis (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from tests.reference.chain import F64
 from tests.reference.motions import FOLLOWED, LONGEST, carried, frames_of, jacobians_of, twist_errors
 from tests.reference.plan_checks import Outcome, off_path
-from tests.reference.plan_jobs import Job, about
+from tests.reference.plan_jobs import Job, turned_about
 
 Index = NDArray[np.intp]
 
@@ -87,7 +87,7 @@ def _states(job: Job, point: int) -> F64 | None:
         around = np.linspace(low, high, SPINS)
         frames = _spun(path.position[point], path.axis[point], task.axis, around)
         if path.rotation is not None:
-            frames[:, :3, :3] = path.rotation[point] @ about(task.axis, around)
+            frames[:, :3, :3] = path.rotation[point] @ turned_about(task.axis, around)
     elif task.kind == "full" and path.rotation is not None and robot.n in (6, 7):
         frames = np.eye(4)[None]
         frames[0, :3, :3], frames[0, :3, 3] = path.rotation[point], path.position[point]
