@@ -4,7 +4,6 @@
 the path has times, and below the largest step where it has none.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -14,11 +13,11 @@ from numpy.typing import NDArray
 
 from tests.reference.chain import F64, random_frame
 from tests.reference.motions import followed, frames_of
+from tests.reference.plan_robots import ROBOTS
 
 STEP: Final = 0.25
 """Largest motion of a joint between neighbouring points of a path without times, by default [rad or m]."""
 POINTS: Final = 300
-QUARTER: Final = np.pi / 2
 OFFSETS: Final = (0.0, 1e-6, 1e-3, 5e-3)
 """How far paths lead past a singular posture [m]."""
 SHAPES: Final = ("joints", "joints closed", "line", "arc", "spiral", "corners", "circle", "singular", "random")
@@ -79,57 +78,6 @@ class Around:
         return np.asarray(((q >= low) & (q <= high)).all(axis=1))
 
 
-def _dh(
-    lengths: list[list[float]], joints: str, ends: float | list[float], speed: float | list[float], name: str
-) -> rd.Robot:
-    a, d, alpha, theta = lengths
-    high = np.broadcast_to(ends, len(joints))
-    low = np.where([letter == "P" for letter in joints], 0.0, -high)
-    return rd.Robot.from_dh(
-        a, d, alpha, theta, joints, q_min=low, q_max=high, qd_max=np.broadcast_to(speed, len(joints)), name=name
-    )
-
-
-def _slides(hand: int) -> rd.Robot:
-    """Return three slides across each other and `hand` turns."""
-    a, d = [0.0] * (3 + hand), [0.0] * (2 + hand) + [0.2]
-    alpha = [QUARTER, QUARTER, 0, -QUARTER, QUARTER, 0][: 3 + hand]
-    theta = [QUARTER, QUARTER, 0, 0, 0, 0][: 3 + hand]
-    ends, speeds = [1.5, 1.5, 1.0, 3.0, 2.0, 3.0][: 3 + hand], [1.0, 1.0, 1.0, 3.0, 3.0, 4.0][: 3 + hand]
-    return _dh([a, d, alpha, theta], "PPP" + "R" * hand, ends, speeds, f"gantry of {3 + hand}")
-
-
-def _planar(lengths: list[float]) -> rd.Robot:
-    zero = [0.0] * len(lengths)
-    return _dh([lengths, zero, zero, zero], "R" * len(lengths), 3.0, 2.0, f"planar {len(lengths)}R")
-
-
-def _scara() -> rd.Robot:
-    table = [[0.4, 0.3, 0, 0], [0.4, 0, 0, 0], [0, np.pi, 0, 0], [0.0] * 4]
-    return _dh(table, "RRPR", [2.5, 2.5, 0.4, 6.0], [4.0, 6.0, 1.0, 9.0], "scara")
-
-
-def _railed(name: str) -> rd.Robot:
-    return rd.on_rail(rd.robots.get(name), (0.0, 1.0, 0.0), -1.0, 1.0, 1.0)
-
-
-ROBOTS: Final[dict[str, Callable[[], rd.Robot]]] = {
-    **{
-        name: (lambda name=name: rd.robots.get(name))  # type: ignore[misc]
-        for name in rd.robots.names()
-        if rd.robots.get(name).n in (6, 7)
-    },
-    "planar 3R": lambda: _planar([0.5, 0.4, 0.3]),
-    "planar 4R": lambda: _planar([0.4, 0.4, 0.3, 0.2]),
-    "scara": _scara,
-    "gantry PPPRRR": lambda: _slides(3),
-    "gantry PPPRR": lambda: _slides(2),
-    "rail and irb120": lambda: _railed("abb_irb120"),
-    "rail and ur5e": lambda: _railed("ur5e"),
-    "rail and panda": lambda: _railed("panda"),
-}
-
-
 def job(seed: int, number: int) -> Job:
     """Return a job by its number."""
     rng = np.random.default_rng([seed, number])
@@ -179,7 +127,7 @@ def _tooled(robot: rd.Robot, rng: np.random.Generator) -> rd.Robot:
     if robot.n < 6 or which == 0:
         return robot
     tool = np.eye(4)
-    angle = [0.0, np.deg2rad(rng.uniform(15.0, 60.0)), QUARTER][which - 1]
+    angle = [0.0, np.deg2rad(rng.uniform(15.0, 60.0)), np.pi / 2][which - 1]
     tool[[0, 0, 2, 2], [0, 2, 0, 2]] = np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle)
     tool[:3, 3] = size * np.array([[0.0, 0.0, 1.0], [0.2, 0.0, 1.0], [0.7, 0.0, 0.5]][which - 1])
     return robot.with_tool(tool)
