@@ -62,7 +62,7 @@ docs: $(VENV)/built $(VENV)/group-docs ## pages in site/, figures made afresh
 	$(BIN)/python -m evidence.planner.figures
 	$(BIN)/mkdocs build --strict
 
-soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns and poses, a hundred thousand programmes, projectors, rest, a dozen references by differences
+soak: $(VENV)/built $(VENV)/group-test $(VENV)/group-qp ## a million bit patterns and poses, a hundred thousand programmes, two thousand plans, projectors, rest, a dozen references by differences
 	cargo test --locked --release -- --ignored
 	$(BIN)/python -m tests.soak
 

@@ -152,7 +152,7 @@ def dash(points: int = 101) -> Shape:
     return Shape(position, np.stack([np.sin(swing), 0.3 * np.cos(swing), -np.cos(swing)], axis=1))
 
 
-SHAPES: Final[tuple[Callable[[], Shape], ...]] = (
+SHAPES: Final[tuple[Callable[..., Shape], ...]] = (
     circle_tilted,
     cylinder_outside,
     cylinder_inside,
