@@ -340,6 +340,17 @@ impl Graph {
         out
     }
 
+    /// Closes the whole turns of a layer's postures that are not those of one that is held there.
+    pub fn hold(&mut self, layer: usize, held: &[f64]) {
+        for cell in 0..self.cells() {
+            let at = layer * self.cells() + cell;
+            let row = &self.q[at * self.n..(at + 1) * self.n];
+            if row.iter().zip(held).zip(&self.wide).any(|((x, held), wide)| !wide && (x - held).abs() > PI) {
+                self.cause[at] = self.cause[at].max(Cause::JointLimit as u8);
+            }
+        }
+    }
+
     /// Closes the postures beyond limits.
     pub fn close_beyond(&mut self, limits: &Limits) {
         for (row, cause) in self.q.chunks_exact(self.n).zip(&mut self.cause) {

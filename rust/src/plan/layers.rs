@@ -13,6 +13,7 @@ use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cause, Cells, Lattice, wide_joints};
 use super::numbers::{interpolated, sum};
 use super::path::point_weights;
+use super::pins::held_cells;
 use super::problem::PathProblem;
 use super::route::RouteFinder;
 use super::settings::PlanSettings;
@@ -106,6 +107,11 @@ impl<'a> Layers<'a> {
                 cells.retain(n, &kept);
             }
         }
+        for (point, cells) in points.iter().zip(&mut all) {
+            if let Some(held) = held_cells(self.problem, &self.lattice, *point, hooks)? {
+                *cells = held;
+            }
+        }
         Ok(all)
     }
 
@@ -155,7 +161,8 @@ impl<'a> Layers<'a> {
             slack: 0.0,
         };
         let limits = problem.limits.then(|| problem.robot.limits());
-        RouteFinder::new(self.graph(points, &layers, haste), search, limits, closed)
+        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
+        RouteFinder::new(self.graph(points, &layers, haste), search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect())
     }
 
     /// The graph of some points.

@@ -234,18 +234,18 @@ fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint
         Kind::Position => {
             let (limits, x) = (problem.robot.limits(), q[at * n + number]);
             let beyond = (limits.q_min[number] - x).max(x - limits.q_max[number]);
-            PlanFailure { point, cause: FailureCause::JointLimit, joint: joint(beyond) }
+            PlanFailure { point, cause: FailureCause::JointLimit, joint: joint(beyond), pins: Vec::new() }
         }
         Kind::Combination => {
             let beyond = -problem.robot.limits().coupled[number].margin(&q[at * n..(at + 1) * n]);
             let joint = Limited::Combination(number).failed(&problem.robot, beyond);
-            PlanFailure { point, cause: FailureCause::JointLimit, joint }
+            PlanFailure { point, cause: FailureCause::JointLimit, joint, pins: Vec::new() }
         }
         Kind::Motion => {
             let following = (at + 1).min(q.len() / n - 1);
             let excess = (q[following * n + number] - q[at * n + number]).abs() / problem.bounds[point * n + number];
             let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
-            PlanFailure { point: point + 1, cause, joint: joint(excess) }
+            PlanFailure { point: point + 1, cause, joint: joint(excess), pins: Vec::new() }
         }
         Kind::Spin => PlanFailure::at(point, FailureCause::SpinRange),
         Kind::Value | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),

@@ -63,29 +63,32 @@ impl PathProblem {
     /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
     pub(super) fn points_at<const C: usize>(&self, q: &[[f64; C]]) -> Option<Vec<Point<'_, C>>> {
         if q.len() < PARALLEL {
-            q.iter().map(|q| self.point(q)).collect()
+            q.iter().enumerate().map(|(i, q)| self.point(i, q)).collect()
         } else {
-            q.par_iter().with_min_len(CHUNK).map(|q| self.point(q)).collect()
+            q.par_iter().enumerate().with_min_len(CHUNK).map(|(i, q)| self.point(i, q)).collect()
         }
     }
 
-    fn point<const C: usize>(&self, q: &[f64; C]) -> Option<Point<'_, C>> {
+    fn point<const C: usize>(&self, i: usize, q: &[f64; C]) -> Option<Point<'_, C>> {
         let n = size::<C>(self.n());
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
-        let constraint = Constraint::of(&self.task.directions(&tool, self.length));
-        let factors = Orthogonal::new(&constraint.jacobian(&columns), n, self.task.dimension());
-        if factors.spread() < SINGULAR {
+        let (task, free) = (self.wanted(i).0, self.freedoms_at(i) > 0);
+        let constraint = Constraint::of(&task.directions(&tool, self.length));
+        let factors = Orthogonal::new(&constraint.jacobian(&columns), n, task.dimension());
+        // What is held has no free motion to be told, nor derivatives that count.
+        let held = !free && self.pins.at(i).is_some();
+        if !held && factors.spread() < SINGULAR {
             return None;
         }
         let objective = match &self.objective {
-            Some(objective) => objective.evaluate_at(&self.robot, &q[..n], &columns, Order::Hessian, false),
-            None => Evaluation::zero(),
+            Some(objective) if !held => objective.evaluate_at(&self.robot, &q[..n], &columns, Order::Hessian, false),
+            _ => Evaluation::zero(),
         };
         let finite = objective.gradient[..n].iter().chain(objective.hessian[..n].iter().flat_map(|row| &row[..n])).all(|x| x.is_finite());
         finite.then(|| Point {
             q: *q,
             objective,
-            basis: factors.null_space(),
+            basis: if held { [[0.0; C]; C] } else { factors.null_space() },
             pseudo_inverse: factors.pseudo_inverse(),
             jacobian: columns,
             constraint,

@@ -9,6 +9,7 @@ use super::frames::{spin, spin_frames, tools};
 use super::graph::Criterion;
 use super::numbers::{mean_size, sum};
 use super::path::{Path, point_weights};
+use super::pins::{Fixed, Held, Pinned, Pins};
 use super::settings::{Aim, PlanSettings};
 use crate::error::{Error, Result};
 use crate::index::Objective;
@@ -73,6 +74,8 @@ pub struct PathProblem {
     pub length: f64,
     /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
     pub spin: Option<SpinRange>,
+    /// Postures and spins that are held.
+    pub pins: Pins,
 }
 
 /// The spin that a tool is allowed.
@@ -100,7 +103,9 @@ impl PathProblem {
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
+        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task };
         Ok(Self {
+            pins: Pins::new(&pinned, settings)?,
             task,
             asked,
             targets: targets.into(),
@@ -136,6 +141,15 @@ impl PathProblem {
         self.n() - self.task.dimension()
     }
 
+    /// Freedoms of one of its points.
+    pub(super) fn freedoms_at(&self, point: usize) -> usize {
+        match self.pins.at(point) {
+            None => self.freedoms(),
+            Some(Fixed { held: Held::Posture(_), .. }) => 0,
+            Some(pin) => self.n() - pin.task.dimension(),
+        }
+    }
+
     /// The pairs of neighbours.
     pub fn edges(&self) -> usize {
         self.points() - usize::from(self.turns.is_none())
@@ -152,6 +166,7 @@ impl PathProblem {
         Self {
             targets: self.targets[kept.clone()].into(),
             frames: self.frames[kept.clone()].into(),
+            pins: self.pins.within(kept.clone()),
             smoothness: Some(self.weight_of_motion(self.values(q).into_iter())),
             weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
             steps: steps.into(),
@@ -166,6 +181,7 @@ impl PathProblem {
         Self {
             targets: self.targets[point..=point].into(),
             frames: self.frames[point..=point].into(),
+            pins: self.pins.within(point..point + 1),
             criterion: Criterion::Integral,
             smoothness: Some(0.0),
             weights: [1.0].into(),
@@ -252,7 +268,7 @@ impl PathProblem {
             let mut there = [0.0; MAX_JOINTS];
             let there = &mut there[..n];
             there.copy_from_slice(row);
-            if self.limits && limits.settle(there) && *there != *row {
+            if self.limits && self.pins.posture(first + i).is_none() && limits.settle(there) && *there != *row {
                 let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
                 if norm(w).max(norm(v)) <= ON_PATH {
                     row.copy_from_slice(there);
@@ -261,9 +277,20 @@ impl PathProblem {
         }
     }
 
-    /// Brings a posture onto a target; whether it got there.
+    /// Brings a posture onto a target, or to what is held there; whether it got there.
     pub(super) fn reach<const C: usize>(&self, point: usize, q: &mut [f64]) -> bool {
-        reach_sized::<C>(&self.robot, None, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+        if let Some(held) = self.pins.posture(point) {
+            q.copy_from_slice(held);
+            return true;
+        }
+        let (task, target) = self.wanted(point);
+        reach_sized::<C>(&self.robot, None, task, target, self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+    }
+
+    /// What is asked of the tool at a point.
+    #[inline]
+    pub(super) fn wanted(&self, point: usize) -> (&Task, &Target) {
+        self.pins.at(point).map_or((&self.task, &self.targets[point]), |pin| (&pin.task, &pin.target))
     }
 
     /// The spin at a point, within half a turn of the middle of its range; 0 where it has none.

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::numbers::shown;
+use super::pins::Pin;
 use crate::error::{Error, Result};
 
 /// Searches at most where nothing is said and the grid is small.
@@ -74,6 +75,12 @@ pub struct PlanSettings {
     pub effort: Option<usize>,
     /// Newton steps of the refinement at most.
     pub max_iterations: usize,
+    /// The posture in which the path begins [rad or m]; any if not given.
+    pub start: Option<Vec<f64>>,
+    /// The posture in which it ends.
+    pub end: Option<Vec<f64>>,
+    /// What is held at points between.
+    pub pins: Vec<Pin>,
 }
 
 impl Default for PlanSettings {
@@ -95,6 +102,9 @@ impl Default for PlanSettings {
             bound: None,
             effort: None,
             max_iterations: 200,
+            start: None,
+            end: None,
+            pins: Vec::new(),
         }
     }
 }

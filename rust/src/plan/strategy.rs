@@ -42,6 +42,7 @@ pub(super) fn searched_parts(
 ) -> Result<Vec<Part>, PlanError> {
     let n = problem.points();
     let mut wanted: BTreeSet<usize> = linspace(0.0, (n - 1) as f64, n.min(layers)).iter().map(|x| x.round_ties_even() as usize).collect();
+    wanted.extend(problem.pins.points());
     let mut found: Vec<Rivals> = Vec::new();
     for _ in 0..ROUNDS {
         let points: Vec<usize> = wanted.iter().copied().collect();
@@ -57,7 +58,8 @@ pub(super) fn searched_parts(
         wanted.extend(more);
     }
     let parts = found.iter().map(|rivals| best_of(problem, known, rivals, most, hooks)).collect::<Result<Vec<_>, _>>()?;
-    if known.has_spare() && problem.objective.is_some() { or_followed(problem, parts, most, hooks) } else { Ok(parts) }
+    let greedy = known.has_spare() && problem.objective.is_some() && problem.pins.is_empty();
+    if greedy { or_followed(problem, parts, most, hooks) } else { Ok(parts) }
 }
 
 /// The runs of points that have postures.
@@ -183,7 +185,7 @@ fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: 
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
         part.failure = Some(if slow {
-            PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint) }
+            PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint), pins: Vec::new() }
         } else {
             PlanFailure::at(ended + 1, FailureCause::NoWay)
         });

@@ -68,11 +68,11 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
     fill_gaps(problem, &mut q);
     let (position_error, axis_error) = problem.errors(&q);
     for i in 0..count {
-        if position_error[i].max(axis_error[i]) > ON_PATH {
+        if position_error[i].max(axis_error[i]) > problem.pins.tolerance(i) {
             (value[i], status[i]) = (f64::NAN, SolveStatus::Unreachable);
         }
     }
-    let off = position_error.iter().chain(&axis_error).any(|error| *error > ON_PATH);
+    let off = status.contains(&SolveStatus::Unreachable);
     let whole = parts.first().filter(|part| part.len() == count && !off);
     let mut plan = Plan {
         smoothness: parts.first().map_or(0.0, |part| part.smoothness),
@@ -89,7 +89,8 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         axis_error,
         status,
     };
-    plan.failure = first_failure(problem, known, parts, &plan, hooks)?;
+    let failure = first_failure(problem, known, parts, &plan, hooks)?;
+    plan.failure = failure.map(|failure| PlanFailure { pins: problem.pins.beside(failure.point), ..failure });
     Ok(plan)
 }
 
@@ -158,7 +159,7 @@ fn cause_at(problem: &PathProblem, known: &mut Layers, point: usize, hooks: &mut
     if cause == Cause::JointLimit
         && let Some((limited, beyond)) = known.nearest_to_limits(point)
     {
-        return Ok(PlanFailure { point, cause: FailureCause::JointLimit, joint: limited.failed(&problem.robot, beyond) });
+        return Ok(PlanFailure { point, cause: FailureCause::JointLimit, joint: limited.failed(&problem.robot, beyond), pins: Vec::new() });
     }
     let cause = match cause {
         _ if known.is_open(point) => FailureCause::NoWay,
