@@ -8,6 +8,8 @@ use crate::error::{Error, Result};
 
 /// Searches at most where nothing is said and the grid is small.
 const EFFORT: usize = 4;
+/// How far a tool is lifted off where nothing is said \[m\].
+const LIFT_OFF: f64 = 0.05;
 
 /// What a plan is best in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,6 +83,10 @@ pub struct PlanSettings {
     pub end: Option<Vec<f64>>,
     /// What is held at points between.
     pub pins: Vec<Pin>,
+    /// Whether the path may be left and entered again in another posture where no single way exists.
+    pub reconfigurations: bool,
+    /// How far the tool is lifted off for that \[m\].
+    pub lift_off: f64,
 }
 
 impl Default for PlanSettings {
@@ -105,6 +111,8 @@ impl Default for PlanSettings {
             start: None,
             end: None,
             pins: Vec::new(),
+            reconfigurations: false,
+            lift_off: LIFT_OFF,
         }
     }
 }
@@ -128,6 +136,9 @@ impl PlanSettings {
         match self.smoothness {
             Some(x) if !(x >= 0.0 && x.is_finite()) => return Err(Error::value("smoothness", shown(x), "a finite number of at least 0")),
             _ => {}
+        }
+        if !(self.lift_off >= 0.0 && self.lift_off.is_finite()) {
+            return Err(Error::value("lift_off", shown(self.lift_off), "a length of at least 0 [m]"));
         }
         let step = self.max_spin_step;
         if !(step > 0.0 && step <= PI) {

@@ -1,6 +1,7 @@
 //! `redundancy.PlanFailure`.
 
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use redundancy::error::Error;
 use redundancy::plan::{FailedJoint, FailureCause, PlanFailure};
 
@@ -23,6 +24,8 @@ use crate::robot::PyRobot;
 /// excess : float
 ///     How far beyond its limit that joint, or combination, would have to go [rad or m], or how many times its speed or step limit it would need; NaN where
 ///     neither is meant.
+/// pins : tuple of int
+///     The point itself if something is held there (``start``, ``end``, ``pins``), else the next points on either side at which something is.
 #[pyclass(name = "PlanFailure", frozen, eq, module = "redundancy._core")]
 #[derive(PartialEq)]
 pub struct PyPlanFailure {
@@ -38,14 +41,22 @@ impl From<PlanFailure> for PyPlanFailure {
 #[pymethods]
 impl PyPlanFailure {
     #[new]
-    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false, combination=None))]
-    fn new(point: usize, cause: &str, joint: Option<usize>, excess: f64, slides: bool, combination: Option<String>) -> PyResult<Self> {
+    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false, combination=None, pins=None))]
+    fn new(
+        point: usize,
+        cause: &str,
+        joint: Option<usize>,
+        excess: f64,
+        slides: bool,
+        combination: Option<String>,
+        pins: Option<Vec<usize>>,
+    ) -> PyResult<Self> {
         let known = FailureCause::ALL.into_iter().find(|known| known.name() == cause);
         let names = || FailureCause::ALL.map(|cause| format!("'{}'", cause.name())).join(", ");
         let cause = known.ok_or_else(|| Error::value("cause", format!("'{cause}'"), &format!("one of {}", names())))?;
         let number = if combination.is_some() { joint.or(Some(0)) } else { joint };
         let joint = number.map(|number| FailedJoint { number, slides, excess, combination });
-        Ok(PlanFailure { point, cause, joint }.into())
+        Ok(PlanFailure { point, cause, joint, pins: pins.unwrap_or_default() }.into())
     }
 
     /// First point that is not reached as it should be, counted from 0.
@@ -78,6 +89,12 @@ impl PyPlanFailure {
         self.failure.joint.as_ref().map_or(f64::NAN, |joint| joint.excess)
     }
 
+    /// The points at which something is held that it hangs on.
+    #[getter]
+    fn pins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        Ok(PyTuple::new(py, &self.failure.pins)?)
+    }
+
     /// The failure in words, with the joint as ``robot.joint_label`` has it.
     fn told(&self, robot: &PyRobot) -> String {
         self.failure.told(&robot.robot)
@@ -91,9 +108,10 @@ impl PyPlanFailure {
         format!("PlanFailure({})", self.failure)
     }
 
-    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>) {
+    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>, Vec<usize>) {
         let joint = self.failure.joint.as_ref();
         let slides = joint.is_some_and(|joint| joint.slides);
-        (self.point(), self.cause(), joint.map(|joint| joint.number), self.excess(), slides, self.combination())
+        let pins = self.failure.pins.clone();
+        (self.point(), self.cause(), joint.map(|joint| joint.number), self.excess(), slides, self.combination(), pins)
     }
 }
