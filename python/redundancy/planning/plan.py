@@ -12,6 +12,7 @@ from ..paths import Toolpath, Trajectory
 from .map import Predicate
 from .numbers import core_path
 from .result import Plan
+from .transfer import Transfer
 
 
 def plan(
@@ -231,4 +232,6 @@ def plan_by(
         residual=found.residual,
         failure=found.failure,
         refined=found.refined,
+        segments=found.segments,
+        transfers=[Transfer(robot, way.points, way.q, way.lift, way.allowed) for way in found.transfers],
     )

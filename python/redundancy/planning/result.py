@@ -1,12 +1,14 @@
 """What a plan is, and why it may not be whole."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._core import Objective, PlanFailure
+from .._util import F64
 from ..paths import Trajectory
 from .numbers import core_path
+from .transfer import Transfer
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,6 +37,14 @@ class Plan(Trajectory):
         Why the plan is not whole; the points that are reached are the best that there are.
     refined : bool
         Whether the continuous optimum was reached; else the best route of the grid is what is returned.
+    segments : list of tuple of int
+        First and last point of every stretch that is followed without lifting off; one, of all points, where the plan is
+        whole. With ``reconfigurations`` the point at which one ends begins the next: ``q`` holds the posture in which it
+        ends, the last posture of the transfer the one in which the next begins, and `segment` has both.
+    transfers : list of Transfer
+        How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start. They
+        take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits, and the
+        times of what comes later shift by the transfer's.
     """
 
     objective: Objective | None = None
@@ -46,14 +56,49 @@ class Plan(Trajectory):
     residual: float = float("nan")
     failure: PlanFailure | None = None
     refined: bool = False
+    segments: list[tuple[int, int]] = field(default_factory=list)
+    transfers: list[Transfer] = field(default_factory=list)
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]
         if self.objective is not None and np.isfinite(self.value).any():
             words.append(f"worst value {np.nanmax(self.value):.6g}")
+        if self.transfers:
+            words.append(self.reconfigurations)
         if self.failure is not None:
             words.append(self.failure.told(self.robot))
         return f"Plan({', '.join(words)})"
+
+    @property
+    def reconfigurations(self) -> str:
+        """The reconfigurations in words: "2 reconfigurations, at points 311 and 540"."""
+        points = [str(transfer.points[0]) for transfer in self.transfers]
+        if not points:
+            return "no reconfigurations"
+        listed = " and ".join([*([", ".join(points[:-1])] if len(points) > 1 else []), points[-1]])
+        return f"{len(points)} reconfiguration{'s' * (len(points) > 1)}, at point{'s' * (len(points) > 1)} {listed}"
+
+    def segment(self, number: int) -> F64:
+        """Return the postures of a segment, counted from 0, shape (points, n): how it begins after the transfer included."""
+        first, last = self.segments[number]
+        q: F64 = self.q[first : last + 1].copy()
+        if number > 0 and self.transfers:
+            q[0] = self.transfers[number - 1].q[-1]
+        return q
+
+    @property
+    def joint_speed(self) -> F64 | None:
+        """Mean joint speeds from each point to the next [rad/s or m/s], shape (N, n); None without times.
+
+        As for any trajectory, but for transfers: from where one ends, and 0 where no segment leads on to the next point.
+        """
+        speed = super().joint_speed
+        if speed is not None and self.time is not None:
+            for (_, last), transfer in zip(self.segments[:-1], self.transfers, strict=False):
+                start = transfer.points[1]
+                step = self.q[last + 1] - transfer.q[-1] if start == last else np.zeros(self.robot.n)
+                speed[last] = step / (self.time[last + 1] - self.time[last])
+        return speed
 
     @property
     def gap(self) -> float:

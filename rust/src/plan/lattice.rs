@@ -155,6 +155,18 @@ impl Lattice {
         self.slices.first().map_or(0, |slice| slice.held.len())
     }
 
+    /// The joints to spare, each with the least distance of two of its values [rad or m].
+    pub(super) fn spare_steps(&self) -> Vec<(usize, f64)> {
+        let Some(first) = self.slices.first() else { return Vec::new() };
+        let least = |at: usize| {
+            let mut all: Vec<f64> = self.slices.iter().map(|slice| slice.held[at].1).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            all.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
+        };
+        first.held.iter().enumerate().map(|(at, &(joint, _))| (joint, least(at))).collect()
+    }
+
     /// Branches of a cell.
     pub fn branches(&self) -> usize {
         self.branches

@@ -144,6 +144,15 @@ impl<'a> Layers<'a> {
     /// Routes through some points whose cells are known, the last being the first where they are `closed`; bounds of the motion are multiplied by
     /// `haste`.
     pub fn finder(&self, points: &[usize], closed: bool, haste: f64) -> RouteFinder<'a> {
+        let problem = self.problem;
+        let limits = problem.limits.then(|| problem.robot.limits());
+        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
+        let (graph, search) = self.searched(points, haste);
+        RouteFinder::new(graph, search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect())
+    }
+
+    /// The graph of some points whose cells are known, and how it is searched.
+    pub fn searched(&self, points: &[usize], haste: f64) -> (Graph, Search) {
         let (problem, settings, lattice) = (self.problem, self.settings, &self.lattice);
         let layers: Vec<&Cells> = points.iter().filter_map(|point| self.cells.get(point)).collect();
         let values = layers.iter().flat_map(|cells| &cells.value).copied();
@@ -160,9 +169,7 @@ impl<'a> Layers<'a> {
             },
             slack: 0.0,
         };
-        let limits = problem.limits.then(|| problem.robot.limits());
-        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
-        RouteFinder::new(self.graph(points, &layers, haste), search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect())
+        (self.graph(points, &layers, haste), search)
     }
 
     /// The graph of some points.
@@ -229,6 +236,14 @@ impl<'a> Layers<'a> {
         let reach = sum(&self.problem.bounds.chunks_exact(self.problem.n()).map(least).collect::<Vec<_>>());
         let most = self.problem.points().min(MOST_LAYERS) as f64;
         most.min(reach / (REACH * self.spin_step)).max(2.0) as usize
+    }
+
+    /// At how many points a search can still pass from one value of a joint to spare to the next.
+    pub fn layers_to_spare(&self) -> usize {
+        let n = self.problem.n();
+        let reach = |joint: usize| sum(&self.problem.bounds.iter().skip(joint).step_by(n).copied().collect::<Vec<_>>());
+        let steps = self.lattice.spare_steps().into_iter().map(|(joint, step)| reach(joint) / (REACH * step));
+        steps.fold(self.most_layers() as f64, f64::min).max(2.0) as usize
     }
 
     /// The `count` known points whose best posture is worst, the worst first: no path passes below them.

@@ -9,6 +9,7 @@ use super::part::{Part, WarmStart, better_parts};
 use super::path::Path;
 use super::problem::PathProblem;
 use super::proof::{is_proven, proven_bound};
+use super::reconfigure::reconfigured;
 use super::settings::{Aim, PlanSettings};
 use super::strategy::searched_parts;
 use super::verdict::{Plan, assembled};
@@ -95,6 +96,12 @@ impl Planner {
             }
         }
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
+        if settings.reconfigurations
+            && plan.failure.is_some()
+            && let Some(cut) = reconfigured(problem, &mut known, settings, hooks)?
+        {
+            return Ok(cut);
+        }
         if settings.is_bounded() {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;
         }

@@ -29,7 +29,7 @@ const HASTES: [f64; 4] = [1.0, 2.0, 4.0, f64::INFINITY];
 const SMALL_GAP: usize = 8;
 
 /// Routes that start at the same point; each may lead to the best.
-type Rivals = Vec<Segment>;
+pub(super) type Rivals = Vec<Segment>;
 
 /// Finds routes through the path, over `layers` points of it to begin with and as far as they lead, and refines them with `most` Newton steps:
 /// the stretches that can be followed, in order, each the best that was found.
@@ -69,7 +69,7 @@ fn open_runs(known: &Layers, points: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
-fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) -> Vec<Rivals> {
+pub(super) fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) -> Vec<Rivals> {
     let closed = problem.closed && whole;
     let bounded = problem.is_bounded();
     let slacks = if problem.criterion == Criterion::Minimax { &SLACKS[..] } else { &[0.0] };
@@ -142,7 +142,7 @@ fn where_more_is_needed(
 }
 
 /// The points of a segment at which interpolation loses the path, its limits or what the caller allows.
-fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> Result<Vec<usize>, PlanError> {
+pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> Result<Vec<usize>, PlanError> {
     let n = problem.n();
     let (first, q) = segment.spread(n);
     let mut restored = q.clone();
@@ -163,7 +163,7 @@ fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> R
 }
 
 /// The best of rival routes, refined.
-fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+pub(super) fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
     let n = problem.n();
     let mut parts: Vec<Part> = Vec::new();
     for segment in rivals {

@@ -8,6 +8,7 @@ use super::lattice::Cause;
 use super::layers::Layers;
 use super::part::Part;
 use super::problem::{ON_PATH, PathProblem};
+use super::transfer::Transfer;
 use crate::resolve::SolveStatus;
 
 /// A path planned as a whole.
@@ -39,6 +40,10 @@ pub struct Plan {
     pub refined: bool,
     /// Why the plan is not whole.
     pub failure: Option<PlanFailure>,
+    /// First and last point of every stretch that is followed without lifting off.
+    pub segments: Vec<(usize, usize)>,
+    /// The ways from one to the next, where the path was to be cut.
+    pub transfers: Vec<Transfer>,
 }
 
 impl Plan {
@@ -83,6 +88,8 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         refined: whole.is_some_and(|part| part.refined),
         length: problem.length,
         failure: None,
+        segments: parts.iter().map(|part| (part.first, part.first + part.len() - 1)).collect(),
+        transfers: Vec::new(),
         q,
         value,
         position_error,

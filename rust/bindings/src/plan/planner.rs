@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use redundancy::error::Error;
-use redundancy::plan::{Hooks, Plan, Planner, WarmStart};
+use redundancy::plan::{Hooks, Plan, Planner, Transfer, WarmStart};
 
 use super::failure::PyPlanFailure;
 use super::path::{PyPath, rows_array};
@@ -37,6 +37,24 @@ pub struct PyPlannedPath {
     residual: f64,
     refined: bool,
     failure: Option<Py<PyPlanFailure>>,
+    segments: Vec<(usize, usize)>,
+    transfers: Vec<Py<PyPathTransfer>>,
+}
+
+/// From the end of a segment of a path to the start of the next, in numbers; `redundancy.Transfer` explains them.
+#[pyclass(name = "PathTransfer", frozen, get_all, module = "redundancy._core")]
+pub struct PyPathTransfer {
+    points: (usize, usize),
+    q: Py<PyArray2<f64>>,
+    lift: (f64, f64),
+    allowed: bool,
+}
+
+impl PyPathTransfer {
+    fn new(py: Python<'_>, transfer: &Transfer, n: usize) -> PyResult<Py<Self>> {
+        let q = rows_array(py, &transfer.q, n)?.unbind();
+        Ok(Py::new(py, Self { points: transfer.points, q, lift: transfer.lift, allowed: transfer.allowed })?)
+    }
 }
 
 impl PyPlannedPath {
@@ -55,6 +73,8 @@ impl PyPlannedPath {
             residual: plan.residual,
             refined: plan.refined,
             failure: plan.failure.clone().map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
+            segments: plan.segments.clone(),
+            transfers: plan.transfers.iter().map(|transfer| PyPathTransfer::new(py, transfer, n)).collect::<PyResult<_>>()?,
         })
     }
 }
