@@ -93,11 +93,12 @@ class Plan(Trajectory):
         As for any trajectory, but for transfers: from where one ends, and 0 where no segment leads on to the next point.
         """
         speed = super().joint_speed
-        if speed is not None and self.time is not None:
+        if speed is not None and self.time is not None and self.transfers:
             for (_, last), transfer in zip(self.segments[:-1], self.transfers, strict=False):
                 start = transfer.points[1]
                 step = self.q[last + 1] - transfer.q[-1] if start == last else np.zeros(self.robot.n)
                 speed[last] = step / (self.time[last + 1] - self.time[last])
+            speed[-1] = speed[-2]
         return speed
 
     @property

@@ -98,7 +98,7 @@ impl Planner {
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.reconfigurations
             && plan.failure.is_some()
-            && let Some(cut) = reconfigured(problem, &mut known, settings, hooks)?
+            && let Some(cut) = reconfigured(problem, &mut known, &parts, settings, hooks)?
         {
             return Ok(cut);
         }

@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 
 use super::graph::{Criterion, Graph, Search};
 use super::hooks::{Hooks, PlanError};
-use super::layers::{Layers, Segment};
+use super::layers::Layers;
 use super::numbers::{linspace, sum};
 use super::part::Part;
 use super::path::point_weights;
 use super::problem::PathProblem;
 use super::proof::proven_bound;
 use super::settings::PlanSettings;
-use super::strategy::{best_of, lost_points, routes};
+use super::strategy::{best_of, lost_points, routes, segment};
 use super::transfer::transfer;
 use super::verdict::{Plan, assembled};
 
@@ -21,26 +21,31 @@ const MOST_SEGMENTS: usize = 64;
 const MOST_LAYERS: usize = 1000;
 /// Times that layers are added where interpolation between them loses the path.
 const ROUNDS: usize = 4;
+/// Segments than which there are no fewer, where no whole way was found.
+const FEWEST: usize = 2;
 /// A cell that nothing leads to, or that begins a segment.
 const AFRESH: u32 = u32::MAX;
 
 /// A segment of a graph's layers: the first, and the cells from there on.
 type Cut = (usize, Vec<usize>);
 
-/// The plan of a path in as few segments as can be found, none if some point has no posture.
+/// The plan of a path in as few segments as can be found, none if some point has no posture. `parts` are what a search for a whole way has left.
 pub(super) fn reconfigured(
     problem: &PathProblem,
     known: &mut Layers,
+    parts: &[Part],
     settings: &PlanSettings,
     hooks: &mut Hooks,
 ) -> Result<Option<Plan>, PlanError> {
     // A path that is cut need not end in the posture that it starts from: the tool is off the work in between.
     let open = PathProblem { closed: false, ..problem.clone() };
-    let mut best: Option<Vec<Part>> = None;
+    let mut best = joined(&open, parts, hooks)?;
     let mut tried = BTreeSet::new();
-    for layers in [settings.layers, known.layers_to_spare(), known.most_layers(), MOST_LAYERS] {
+    // Coarse layers let joints to spare pass from value to value, fine ones tell where exactly the way ends.
+    for layers in [settings.layers, known.layers_to_spare().max(settings.layers), known.most_layers(), MOST_LAYERS] {
         let layers = layers.min(open.points()).min(MOST_LAYERS);
-        if tried.insert(layers)
+        if best.as_ref().is_none_or(|best| best.len() > FEWEST)
+            && tried.insert(layers)
             && let Some(parts) = segmented(&open, known, layers, settings.max_iterations, hooks)?
             && best.as_ref().is_none_or(|best| rank(&open, &parts) < rank(&open, best))
         {
@@ -76,19 +81,25 @@ fn segmented(problem: &PathProblem, known: &mut Layers, layers: usize, most: usi
     let n = problem.points();
     let mut wanted: BTreeSet<usize> = linspace(0.0, (n - 1) as f64, n.min(layers)).iter().map(|x| x.round_ties_even() as usize).collect();
     wanted.extend(problem.pins.points());
-    let mut found = Vec::new();
+    let (mut cuts, mut points) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
-        let points: Vec<usize> = wanted.iter().copied().collect();
+        points = wanted.iter().copied().collect();
         known.add(&points, hooks)?;
         hooks.go_on()?;
         if !points.iter().all(|point| known.is_open(*point)) {
             return Ok(None);
         }
-        let Some(cut) = cut(problem, known, &points) else { return Ok(None) };
-        found = cut;
+        let (graph, search) = known.searched(&points, 1.0);
+        let Some(found) = fewest(&graph, &search) else { return Ok(None) };
+        cuts = found;
         let mut more = BTreeSet::new();
-        for rivals in &found {
-            more.extend(lost_points(problem, &rivals[0], hooks)?);
+        for (first, cells) in cuts.iter().filter(|(_, cells)| cells.len() > 1) {
+            let between = known.finder(&points[*first..first + cells.len()], false, 1.0).find(0.0);
+            more.extend(lost_points(problem, &segment(&points[*first..], between), hooks)?);
+        }
+        // Where nothing leads on, what lies between two layers would be left out.
+        for pair in cuts.windows(2) {
+            more.extend(points[pair[0].0 + pair[0].1.len() - 1] + 1..points[pair[1].0]);
         }
         more.retain(|point| !wanted.contains(point));
         if more.is_empty() {
@@ -97,38 +108,83 @@ fn segmented(problem: &PathProblem, known: &mut Layers, layers: usize, most: usi
         wanted.extend(more);
     }
     let mut parts = Vec::new();
-    for rivals in &found {
-        let part = best_of(problem, known, rivals, most, hooks)?;
-        let last = part.first + part.len() - 1;
-        // What ends a route at its last point is what the next segment is for.
-        if part.failure.as_ref().is_some_and(|failure| failure.point <= last) {
+    for (first, cells) in cuts {
+        if !followed(problem, known, &points[first..first + cells.len()], most, &mut parts, hooks)? {
             return Ok(None);
         }
-        parts.push(Part { failure: None, ..part });
     }
-    Ok(Some(parts))
+    let skips = parts.windows(2).any(|pair| pair[1].first > pair[0].first + pair[0].len());
+    Ok((!skips).then_some(parts))
 }
 
-/// The rival routes of every segment, whole turns within limits.
-fn cut(problem: &PathProblem, known: &Layers, points: &[usize]) -> Option<Vec<Vec<Segment>>> {
-    let (graph, search) = known.searched(points, 1.0);
-    let mut out = Vec::new();
-    for (first, cells) in fewest(&graph, &search)? {
-        let (mut from, last) = (first, first + cells.len() - 1);
-        loop {
-            let mut rivals = routes(problem, known, &points[from..=last], false).swap_remove(0);
-            let reached = rivals[0].points.len();
-            // A rival by another way may lead less far.
-            rivals.retain(|rival| rival.points.len() == reached);
-            out.push(rivals);
-            if from + reached > last {
-                break;
-            }
-            // Whole turns did not fit.
-            from += if reached > 1 { reached - 1 } else { 1 };
-        }
+/// Refines the best way through some layers; in two where whole turns do not fit, or where it cannot be followed. Whether there is one.
+fn followed(
+    problem: &PathProblem,
+    known: &mut Layers,
+    layers: &[usize],
+    most: usize,
+    parts: &mut Vec<Part>,
+    hooks: &mut Hooks,
+) -> Result<bool, PlanError> {
+    if parts.len() >= MOST_SEGMENTS {
+        return Ok(false);
     }
-    Some(out)
+    let mut rivals = routes(problem, known, layers, false).swap_remove(0);
+    let reached = rivals[0].points.len();
+    // A rival by another way may lead less far.
+    rivals.retain(|rival| rival.points.len() == reached);
+    let part = best_of(problem, known, &rivals, most, hooks)?;
+    let last = part.first + part.len() - 1;
+    // What ends a route at its last point is what the next segment is for.
+    let failed = part.failure.as_ref().map(|failure| failure.point).filter(|point| *point <= last);
+    let end = match failed {
+        None => {
+            parts.push(Part { failure: None, ..part });
+            reached - 1
+        }
+        Some(_) if reached < 3 => return Ok(false),
+        Some(point) => {
+            let before = layers[..reached].iter().rposition(|layer| *layer < point).unwrap_or(0).clamp(1, reached - 2);
+            if !followed(problem, known, &layers[..=before], most, parts, hooks)? {
+                return Ok(false);
+            }
+            before
+        }
+    };
+    // The next one begins where this one ends, unless nothing leads on from there.
+    let start = if end == 0 { 1 } else { end };
+    if end + 1 >= layers.len() { Ok(true) } else { followed(problem, known, &layers[start..], most, parts, hooks) }
+}
+
+/// The parts that a search has left of a path, if all of it is in them and each can be followed; each from the end of the one before, where Newton leads
+/// back there.
+fn joined(problem: &PathProblem, parts: &[Part], hooks: &mut Hooks) -> Result<Option<Vec<Part>>, PlanError> {
+    let n = problem.n();
+    let mut out: Vec<Part> = Vec::new();
+    for part in parts {
+        let next = out.last().map_or(0, |before: &Part| before.first + before.len());
+        let last = part.first + part.len() - 1;
+        if part.first != next || part.failure.as_ref().is_some_and(|failure| failure.point <= last) || out.len() >= MOST_SEGMENTS {
+            return Ok(None);
+        }
+        let mut part = Part { failure: None, ..part.clone() };
+        if next > 0 && problem.pins.posture(next - 1).is_none() {
+            let mut back = part.q[..n].to_vec();
+            let reached = problem.restored(next - 1, &mut back)[0];
+            let bounds = &problem.bounds[(next - 1) * n..next * n];
+            let near = back.iter().zip(&part.q).zip(bounds).all(|((a, b), bound)| (a - b).abs() <= *bound);
+            let value = problem.values(&back)[0];
+            let within = !problem.limits || problem.robot.limits().contain(&back);
+            if reached && near && within && value.is_finite() && hooks.all_allowed(&back, n)? {
+                back.extend(&part.q);
+                part = Part { first: next - 1, value: [&[value], &part.value[..]].concat(), q: back, ..part };
+                part.motion = problem.motion_integral(part.first, &part.q);
+            }
+        }
+        out.push(part);
+    }
+    let all = out.last().is_some_and(|part| part.first + part.len() == problem.points());
+    Ok(all.then_some(out))
 }
 
 /// The fewest segments of a graph, and of those with as few the cheapest: one sweep for every number of segments, each of which may begin afresh at any

@@ -105,7 +105,7 @@ pub(super) fn routes(problem: &PathProblem, known: &Layers, points: &[usize], wh
     parts
 }
 
-fn segment(points: &[usize], route: FoundRoute) -> Segment {
+pub(super) fn segment(points: &[usize], route: FoundRoute) -> Segment {
     Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage }
 }
 
