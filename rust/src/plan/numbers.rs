@@ -70,6 +70,15 @@ pub fn mean_size(values: impl Iterator<Item = f64>) -> f64 {
     if sizes.is_empty() { 0.0 } else { sum(&sizes) / sizes.len() as f64 }
 }
 
+/// A number above 0 to one digit; others as they are.
+pub fn to_one_digit(x: f64) -> f64 {
+    if !(x > 0.0 && x.is_finite()) {
+        return x;
+    }
+    let unit = 10f64.powf(x.log10().floor());
+    (x / unit).round() * unit
+}
+
 /// A number as Python shows it: 1.0, nan, inf.
 pub fn shown(x: f64) -> String {
     format!("{x:?}").to_lowercase()

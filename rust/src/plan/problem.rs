@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::frames::{spin, spin_frames, tools};
 use super::graph::Criterion;
-use super::numbers::{mean_size, sum};
+use super::numbers::{mean_size, sum, to_one_digit};
 use super::path::{Path, point_weights};
 use super::pins::{Fixed, Held, Pinned, Pins};
 use super::settings::{Aim, PlanSettings};
@@ -163,11 +163,14 @@ impl PathProblem {
         let steps = &self.steps[first..first + count - 1];
         let total = if steps.is_empty() { 1.0 } else { sum(steps) };
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
+        let weight = self.weight_of_motion(self.values(q).into_iter());
+        // What is next to nothing must not hang on where a closed path starts: a digit of it is enough.
+        let weight = if turns.is_some() && self.smoothness.is_none() { to_one_digit(weight) } else { weight };
         Self {
             targets: self.targets[kept.clone()].into(),
             frames: self.frames[kept.clone()].into(),
             pins: self.pins.within(kept.clone()),
-            smoothness: Some(self.weight_of_motion(self.values(q).into_iter())),
+            smoothness: Some(weight),
             weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
             steps: steps.into(),
             bounds: self.bounds[first * n..(first + count - 1) * n].into(),
