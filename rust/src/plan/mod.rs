@@ -35,6 +35,7 @@ mod grid;
 mod hooks;
 mod lattice;
 mod layers;
+mod led;
 mod newton_system;
 mod numbers;
 mod part;

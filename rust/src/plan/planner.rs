@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
 use super::layers::Layers;
+use super::led::or_led;
 use super::part::{Part, WarmStart, better_parts};
 use super::path::Path;
 use super::problem::PathProblem;
@@ -95,6 +96,7 @@ impl Planner {
                 break;
             }
         }
+        let parts = or_led(problem, parts, settings.max_iterations, hooks)?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.reconfigurations
             && plan.failure.is_some()
