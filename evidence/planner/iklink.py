@@ -31,9 +31,9 @@ HELD = 480
 
 
 def robot() -> rd.Robot:
-    """Return the arm of its robot file: the hand is turned by -45 degrees about the flange."""
+    """Return the arm of its robot file: the hand is turned by -45 degrees, 107 mm from the axis of joint 6."""
     half = 0.5**0.5
-    hand = np.array([[half, half, 0, 0], [-half, half, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    hand = np.array([[half, half, 0, 0], [-half, half, 0, 0], [0, 0, 1, 0.107], [0, 0, 0, 1]])
     arm = rd.robots.get("panda")
     q_max = arm.q_max.copy()
     q_max[3] = JOINT_4

@@ -21,8 +21,6 @@ const MOST_SEGMENTS: usize = 64;
 const MOST_LAYERS: usize = 1000;
 /// Times that layers are added where interpolation between them loses the path.
 const ROUNDS: usize = 4;
-/// Segments than which there are no fewer, where no whole way was found.
-const FEWEST: usize = 2;
 /// A cell that nothing leads to, or that begins a segment.
 const AFRESH: u32 = u32::MAX;
 
@@ -44,8 +42,7 @@ pub(super) fn reconfigured(
     // Coarse layers let joints to spare pass from value to value, fine ones tell where exactly the way ends.
     for layers in [settings.layers, known.layers_to_spare().max(settings.layers), known.most_layers(), MOST_LAYERS] {
         let layers = layers.min(open.points()).min(MOST_LAYERS);
-        if best.as_ref().is_none_or(|best| best.len() > FEWEST)
-            && tried.insert(layers)
+        if tried.insert(layers)
             && let Some(parts) = segmented(&open, known, layers, settings.max_iterations, hooks)?
             && best.as_ref().is_none_or(|best| rank(&open, &parts) < rank(&open, best))
         {

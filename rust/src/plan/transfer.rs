@@ -67,7 +67,8 @@ fn lifted(problem: &PathProblem, q: &[f64], distance: f64, largest: f64) -> (Vec
         let far = distance * i as f64 / steps;
         let target = Target { position: add(tool.origin, scale(far, back)), axis: None, frame: tool.axes };
         let before = now.clone();
-        let error = reach(robot, None, &task, &target, problem.length, &mut now, REACHED, ITERATIONS).error;
+        let limits = problem.limits.then(|| robot.limits());
+        let error = reach(robot, limits, &task, &target, problem.length, &mut now, REACHED, ITERATIONS).error;
         let within = !problem.limits || robot.limits().settle(&mut now);
         let calm = before.iter().zip(&now).all(|(a, b)| (a - b).abs() <= largest);
         if !(error <= ON_PATH && within && calm) || distance == 0.0 {
