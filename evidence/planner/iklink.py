@@ -2,12 +2,13 @@
 
 ``python -m evidence.planner.iklink [--grid]`` plans the 767 poses of a Panda's hand that the repository of Y. Wang, C.
 Sifferman and M. Gleicher, IKLink: End-Effector Trajectory Tracking with Minimal Reconfigurations (ICRA 2024), has in
-``input_trajectories`` (github.com/uwgraphics/IKLink, MIT), and prints where the path is left, how exactly it is kept and
-how long that took. IKLink's own answer to it is 2 reconfigurations ("Expected output" of its README). With --grid the
-fewest that a fine grid of joint 7 knows are counted beside it, by a sweep of its own; that takes a minute.
+``input_trajectories`` (github.com/uwgraphics/IKLink, MIT), and prints where the path is left, how exactly it is kept
+and how long that took. IKLink's own answer to it is 2 reconfigurations ("Expected output" of its README). With --grid
+the fewest that a fine grid of joint 7 knows are counted beside it, by a sweep of its own; that takes a minute.
 
-Differences: IKLink takes a pose as reached within 1 mm and 0.01 rad, a plan keeps it exactly; it cuts between two poses, a
-plan ends a segment and begins the next at the same one. Limits of position and speed are those of its robot file.
+Differences: IKLink takes a pose as reached within 1 mm and 0.01 rad, a plan keeps it exactly; it cuts between two
+poses, a plan ends a segment and begins the next at the same one. Limits of position and speed are those of its robot
+file.
 """
 
 import sys
@@ -55,11 +56,13 @@ def path() -> rd.Toolpath:
 
 def plan() -> rd.Plan:
     """Plan it for the least motion, joint 7 on the grid."""
-    return rd.plan(robot(), path(), rd.Task.full(), criterion="motion", reconfigurations=True, spare=(6,), progress=False)
+    return rd.plan(
+        robot(), path(), rd.Task.full(), criterion="motion", reconfigurations=True, spare=(6,), progress=False
+    )
 
 
 def fewest_on_a_grid(held: int = HELD) -> list[int]:
-    """Return the points at which a sweep over a fine grid has to begin again, from all postures of the point reached."""
+    """Return the points at which a sweep over a fine grid has to begin again, from all postures there."""
     arm, way = robot(), path()
     values = np.linspace(arm.q_min[6], arm.q_max[6], held)[:, None]
     frames = core_path(way).frames(rd.Task.full())
@@ -95,19 +98,19 @@ def main() -> None:
     start = time.perf_counter()
     found = plan()
     seconds = time.perf_counter() - start
-    speed = max(
-        float((np.abs(np.diff(found.segment(i), axis=0)) / np.diff(found.path.time[a : b + 1])[:, None] / found.robot.qd_max).max())
-        for i, (a, b) in enumerate(found.segments)
-        if found.path.time is not None and b > a
-    )
+    speed = found.joint_speed
+    assert speed is not None
+    share = float((np.abs(speed) / found.robot.qd_max).max())
+    distance, angle = found.position_error.max(), found.axis_error.max()
     print(f"{len(found)} poses: {found.reconfigurations}, planned in {seconds:.2f} s")
     print(f"segments: {', '.join(f'{a} to {b}' for a, b in found.segments)}; failure: {found.failure}")
-    print(f"largest error {found.position_error.max():.1e} m, {found.axis_error.max():.1e} rad; speed {speed:.3f} of the limit")
+    print(f"largest error {distance:.1e} m, {angle:.1e} rad; speed {share:.3f} of the limit")
     for way in found.transfers:
-        print(f"transfer at point {way.points[0]}: {len(way)} postures, lifted by {way.lift[0]:.3f} and {way.lift[1]:.3f} m, {way.duration:.2f} s")
+        lift = f"{1000.0 * way.lift[0]:.0f} and {1000.0 * way.lift[1]:.0f} mm"
+        print(f"transfer at point {way.points[0]}: {len(way)} postures, lifted by {lift}, {way.duration:.2f} s")
     if "--grid" in sys.argv[1:]:
         cuts = fewest_on_a_grid()
-        print(f"fewest on a grid of {HELD} values of joint 7: {len(cuts)} reconfigurations, no later than at points {cuts}")
+        print(f"fewest on a grid of {HELD} values of joint 7: {len(cuts)}, at points {cuts} at the latest")
 
 
 if __name__ == "__main__":

@@ -60,7 +60,9 @@ def test_it_does_not_matter_where_a_closed_path_starts(criterion: str, duration:
 
 def test_the_weight_of_the_motion_does_not_hang_on_where_the_path_starts() -> None:
     weights = {
-        rd.plan(ROBOT, ring(first), objective=KAPPA, criterion="integral", closed=True, effort=1, n_angles=24).smoothness
+        rd.plan(
+            ROBOT, ring(first), objective=KAPPA, criterion="integral", closed=True, effort=1, n_angles=24
+        ).smoothness
         for first in (0, 13, 41)
     }
     assert len(weights) == 1

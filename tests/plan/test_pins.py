@@ -47,7 +47,13 @@ def test_postures_and_spins_come_back_digit_for_digit(criterion: str) -> None:
     other = rd.plan(TURNING, path, objective=rd.ConditionNumber(0.3), criterion="motion", pins={20: free.q[20]})
     pins = {10: float(spins(TURNING, path, free.q)[10]) + 0.3, 30: other.q[30]}
     plan = rd.plan(
-        TURNING, path, objective=rd.ConditionNumber(0.3), criterion=criterion, start=other.q[0], end=other.q[-1], pins=pins
+        TURNING,
+        path,
+        objective=rd.ConditionNumber(0.3),
+        criterion=criterion,
+        start=other.q[0],
+        end=other.q[-1],
+        pins=pins,
     )
     assert plan.failure is None
     assert plan.refined
@@ -71,7 +77,9 @@ def test_pins_on_the_optimum_cost_nothing_and_others_do() -> None:
     assert np.abs(held.q - free.q).max() < 1e-4
     spin = spins(ROBOT, path, free.q)
     costs = [
-        rd.plan(ROBOT, path, objective=KAPPA, criterion="integral", smoothness=0.01, pins={60: float(spin[60]) + by}).cost
+        rd.plan(
+            ROBOT, path, objective=KAPPA, criterion="integral", smoothness=0.01, pins={60: float(spin[60]) + by}
+        ).cost
         for by in (0.0, 0.1, 0.2)
     ]
     assert costs[0] == pytest.approx(free.cost, rel=1e-9)
@@ -170,7 +178,9 @@ def test_a_closed_path_starts_where_it_is_told() -> None:
     path = circle((1.3, 0.0, 0.6), 0.2, 61)
     free = rd.plan(ROBOT, path, objective=KAPPA, criterion="integral", smoothness=1e-3, closed=True)
     spin = float(spins(ROBOT, path, free.q)[0])
-    moved = rd.plan(ROBOT, path, objective=KAPPA, criterion="integral", smoothness=1e-3, closed=True, pins={0: spin + 0.2})
+    moved = rd.plan(
+        ROBOT, path, objective=KAPPA, criterion="integral", smoothness=1e-3, closed=True, pins={0: spin + 0.2}
+    )
     assert moved.failure is None
     again = rd.plan(ROBOT, path, objective=KAPPA, criterion="integral", smoothness=1e-3, closed=True, start=moved.q[0])
     check(again)
@@ -188,10 +198,12 @@ def test_what_cannot_be_held_is_refused() -> None:
         with pytest.raises(rd.errors.RedundancyError, match=words):
             rd.plan(ROBOT, path, criterion="motion", **settings)  # type: ignore[arg-type]
 
-    refused(r"start is a posture .* m and .* rad off point 0 of the path, expected one within 1e-6", start=posture + 0.01)
+    refused(
+        r"start is a posture .* m and .* rad off point 0 of the path, expected one within 1e-6", start=posture + 0.01
+    )
     refused(r"end is a posture .* off point 100", end=posture)
     refused(r"start: got shape \(5,\), expected \(6,\)", start=posture[:5])
-    refused("joint 2.*expected one within its limits", start=posture + [0, 9, 0, 0, 0, 0])
+    refused("joint 2.*expected one within its limits", start=posture + 9.0 * np.eye(6)[1])
     refused(r"pins\[0\] is a second one at point 0", start=posture, pins={0: 0.1})
     refused("at point 101, expected points from 0 to 100", pins={101: 0.1})
     refused(r"pins\[3\]\[0\] is NaN", pins={3: np.nan})
@@ -199,12 +211,14 @@ def test_what_cannot_be_held_is_refused() -> None:
     refused("pins is .*expected points", pins=[1.0])
     refused("one within spin_range", pins={3: 0.5}, spin_range=(-0.3, 0.3))
     ring = circle((1.3, 0.0, 0.6), 0.2, 61)
-    with pytest.raises(rd.errors.InvalidValueError, match="end is given, expected none at the last point of a closed path"):
+    with pytest.raises(
+        rd.errors.InvalidValueError, match="end is given, expected none at the last point of a closed path"
+    ):
         rd.plan(ROBOT, ring, criterion="motion", closed=True, end=posture)
     scara = rd.robots.get("stanford_arm")
     frames = scara.fk(np.linspace([0.1, 0.8, 0.5, 0.4, 0.5, 0.3], [0.2, 0.7, 0.5, 0.4, 0.5, 0.3], 5))
     full = rd.Toolpath(frames[:, :3, 3], frames[:, :3, 2], frames[:, :3, :3])
-    with pytest.raises(rd.errors.InvalidValueError, match="the task leaves .* no spin, expected a posture"):
+    with pytest.raises(rd.errors.InvalidValueError, match=r"the task leaves .* no spin, expected a posture"):
         rd.plan(scara, full, rd.Task.full(), criterion="motion", pins={2: 0.1})
 
 

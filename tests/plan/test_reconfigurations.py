@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -52,9 +53,9 @@ def postures(path: rd.Toolpath) -> list[F64]:
 
 
 def fewest(states: list[F64], step: float = STEP) -> tuple[int, float]:
-    """The fewest segments and, of all ways with as few, the least sum of squared motions, by going through all of them."""
+    """The fewest segments, and the least sum of squared motions of ways with as few, by going through all of them."""
     best = np.stack([np.ones(len(states[0])), np.zeros(len(states[0]))])
-    for before, now in zip(states[:-1], states[1:], strict=True):
+    for before, now in pairwise(states):
         order = np.lexsort(best[::-1])[0]
         # Another posture at the point before: a segment more.
         afresh = best[:, order] + [1.0, 0.0]
@@ -89,16 +90,16 @@ def test_there_are_no_fewer_segments_and_none_as_few_with_less_motion(turns: flo
     for number, (first, last) in enumerate(plan.segments):
         if number:
             assert first == plan.segments[number - 1][1]
-        for q, frame in zip(plan.segment(number), core_path(path).frames(rd.Task.full())[first : last + 1], strict=True):
+        for q, frame in zip(
+            plan.segment(number), core_path(path).frames(rd.Task.full())[first : last + 1], strict=True
+        ):
             assert np.abs(PUMA.fk(q) - frame).max() < 1e-8
         assert all(np.abs(steps).max() <= STEP + 1e-9 for steps in walked if len(steps))
 
 
 def test_transfers_lead_off_the_work_and_down_again() -> None:
     path = knife(2.3, 161)
-    plan = rd.plan(
-        ARM, path, rd.Task.full(), criterion="motion", max_step=STEP, reconfigurations=True, lift_off=0.03
-    )
+    plan = rd.plan(ARM, path, rd.Task.full(), criterion="motion", max_step=STEP, reconfigurations=True, lift_off=0.03)
     assert len(plan.transfers) == len(plan.segments) - 1 > 0
     assert plan.reconfigurations in repr(plan)
     for number, transfer in enumerate(plan.transfers):
@@ -139,7 +140,7 @@ def test_a_whole_way_is_not_cut_and_a_point_out_of_reach_stays_a_failure() -> No
     assert asked.segments == plain.segments == [(0, 30)]
     assert asked.transfers == []
     assert asked.reconfigurations == "no reconfigurations"
-    far = rd.Toolpath(path.position + [0.0, 2.0, 0.0], path.axis)
+    far = rd.Toolpath(path.position + 2.0 * np.eye(3)[1], path.axis)
     lost = rd.plan(ROBOT, far, objective=KAPPA, reconfigurations=True)
     assert lost.failure is not None
     assert lost.transfers == []
@@ -213,8 +214,9 @@ def test_the_path_of_iklink() -> None:
 def test_what_the_command_line_tells_and_writes(tmp_path: Path) -> None:
     job_file = tmp_path / "job.toml"
     job_file.write_text(
-        'robot = "fanuc_m710ic50_milling"\n[path]\nhelix = { radius_mm = 250, pitch_mm_per_rad = 159, start_deg = 0, stop_deg = 60, '
-        "offset_deg = 180, center_mm = [1300, 1000, 0], points = 11 }\n[plan]\nreconfigurations = true\nlift_off_mm = 30\n"
+        'robot = "fanuc_m710ic50_milling"\n[path]\nhelix = { radius_mm = 250, pitch_mm_per_rad = 159, start_deg = 0, '
+        "stop_deg = 60, offset_deg = 180, center_mm = [1300, 1000, 0], points = 11 }\n"
+        "[plan]\nreconfigurations = true\nlift_off_mm = 30\n"
     )
     job = read_job(job_file)
     assert job.plan.settings.reconfigurations

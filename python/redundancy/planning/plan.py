@@ -109,13 +109,13 @@ def plan(
         own.
     pins : mapping, optional
         What is held at other points: ``{point: spin}`` or ``{point: posture}``, points counted from 0. A spin [rad] is
-        that of `RedundancyMap`, from the path's frame; a posture is as ``start``. Limits, the largest step and the speed
-        limits hold at pins and beside them; where they leave no way ``failure`` names the pin.
+        that of `RedundancyMap`, from the path's frame; a posture is as ``start``. Limits, the largest step and the
+        speed limits hold at pins and beside them; where they leave no way ``failure`` names the pin.
     reconfigurations : bool
         Whether the path may be cut where no single way exists, into as few segments as the search's grid allows, each
-        planned as a whole: ``Plan.segments``, and in ``Plan.transfers`` how the robot gets from one to the next. Where the
-        search finds a whole way nothing is cut. The point at which a segment ends also begins the next one, so that no
-        stretch of the path is left out, unless no posture can move on from there.
+        planned as a whole: ``Plan.segments``, and in ``Plan.transfers`` how the robot gets from one to the next. Where
+        the search finds a whole way nothing is cut. The point at which a segment ends also begins the next one, so that
+        no stretch of the path is left out, unless no posture can move on from there.
     lift_off : float
         How far the tool is drawn back along its axis before it changes its posture [m], as far as the robot can.
     progress : bool

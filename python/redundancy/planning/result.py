@@ -38,13 +38,13 @@ class Plan(Trajectory):
     refined : bool
         Whether the continuous optimum was reached; else the best route of the grid is what is returned.
     segments : list of tuple of int
-        First and last point of every stretch that is followed without lifting off; one, of all points, where the plan is
-        whole. With ``reconfigurations`` the point at which one ends begins the next: ``q`` holds the posture in which it
-        ends, the last posture of the transfer the one in which the next begins, and `segment` has both.
+        First and last point of every stretch that is followed without lifting off; one, of all points, where the plan
+        is whole. With ``reconfigurations`` the point at which one ends begins the next: ``q`` holds the posture in
+        which it ends, the last posture of the transfer the one in which the next begins, and `segment` has both.
     transfers : list of Transfer
-        How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start. They
-        take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits, and the
-        times of what comes later shift by the transfer's.
+        How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start.
+        They take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits,
+        and the times of what comes later shift by the transfer's.
     """
 
     objective: Objective | None = None
@@ -76,10 +76,11 @@ class Plan(Trajectory):
         if not points:
             return "no reconfigurations"
         listed = " and ".join([*([", ".join(points[:-1])] if len(points) > 1 else []), points[-1]])
-        return f"{len(points)} reconfiguration{'s' * (len(points) > 1)}, at point{'s' * (len(points) > 1)} {listed}"
+        many = "s" if len(points) > 1 else ""
+        return f"{len(points)} reconfiguration{many}, at point{many} {listed}"
 
     def segment(self, number: int) -> F64:
-        """Return the postures of a segment, counted from 0, shape (points, n): how it begins after the transfer included."""
+        """Return the postures of a segment, counted from 0, shape (points, n), with that in which it begins."""
         first, last = self.segments[number]
         q: F64 = self.q[first : last + 1].copy()
         if number > 0 and self.transfers:
@@ -90,7 +91,7 @@ class Plan(Trajectory):
     def joint_speed(self) -> F64 | None:
         """Mean joint speeds from each point to the next [rad/s or m/s], shape (N, n); None without times.
 
-        As for any trajectory, but for transfers: from where one ends, and 0 where no segment leads on to the next point.
+        As for any trajectory, but behind a transfer from where that ends, and 0 where no segment leads on.
         """
         speed = super().joint_speed
         if speed is not None and self.time is not None and self.transfers:

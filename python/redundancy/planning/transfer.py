@@ -12,9 +12,9 @@ from .._util import F64
 class Transfer:
     """A motion off the work, to another posture, and down again.
 
-    The tool is drawn back along its axis with its orientation kept, the joints go straight to the posture above the next
-    start, and the tool comes down as it went up. Position limits hold all the way. Nothing is known of what stands around
-    the robot but what ``feasible`` tells.
+    The tool is drawn back along its axis with its orientation kept, the joints go straight to the posture above the
+    next start, and the tool comes down as it went up. Position limits hold all the way. Nothing is known of what stands
+    around the robot but what ``feasible`` tells.
 
     Attributes
     ----------
@@ -23,8 +23,8 @@ class Transfer:
     points : tuple of int
         Points of the path at which the tool is lifted off and set down again, counted from 0.
     q : ndarray, shape (m, n)
-        Postures [rad or m]; the first ends a segment, the last begins the next. No joint moves by more than ``max_step``
-        (0.25 if not given) from one to the next.
+        Postures [rad or m]; the first ends a segment, the last begins the next. No joint moves by more than
+        ``max_step`` (0.25 if not given) from one to the next.
     lift : tuple of float
         How far the tool is drawn back at either end [m]: less than ``lift_off`` where a limit or the reach of the robot
         ends it.

@@ -374,7 +374,8 @@ impl Lattice {
         let turn = Frame { axes: tool.axes.map(|axis| self.frames[point].unrotate(axis)), origin: [0.0; 3] };
         let apart = |slice: &Slice| slice.held.iter().map(|&(joint, x)| (x - q[joint]).powi(2)).sum::<f64>();
         let nearest = (0..self.slices.len()).min_by(|&i, &j| apart(&self.slices[i]).total_cmp(&apart(&self.slices[j]))).unwrap_or(0);
-        let cell = ((nearest * self.turns.len() + self.nearest_angle(&turn, axis)) * self.branches + self.branch_of(nearest, &tool, q)?) as u32;
+        let cell =
+            ((nearest * self.turns.len() + self.nearest_angle(&turn, axis)) * self.branches + self.branch_of(nearest, &tool, q)?) as u32;
         let mut cause = vec![Cause::Unreachable as u8; self.cells()];
         let open = value.is_finite();
         cause[cell as usize] = if open { Cause::Feasible } else { Cause::Singular } as u8;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::bound::least_value;
+use super::bound::{distinct, least_value};
 use super::failure::Limited;
 use super::graph::{Blockage, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
@@ -253,6 +253,12 @@ impl<'a> Layers<'a> {
             self.order.iter().filter(|point| self.is_open(**point)).map(|point| (*point, best(point))).collect();
         open.sort_by(|a, b| b.1.total_cmp(&a.1));
         open.into_iter().take(count).map(|(point, _)| point).collect()
+    }
+
+    /// The best postures of a point that is known, no two of them next to each other.
+    pub fn best_postures(&self, point: usize, most: usize) -> Vec<Vec<f64>> {
+        let Some(cells) = self.cells.get(&point) else { return Vec::new() };
+        distinct(&cells.q, &cells.value, self.problem.n(), most).into_iter().map(<[f64]>::to_vec).collect()
     }
 
     /// The least value at a point, from the cells of the search there.

@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use super::frames::tools;
+use super::frames::{spin, tools};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cells, Lattice};
 use super::problem::{ON_PATH, PathProblem};
 use super::settings::PlanSettings;
 use crate::error::{Error, Result, check_finite, check_vector};
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::norm;
-use crate::robot::Robot;
+use crate::linalg::vector::{Vec3, norm};
+use crate::robot::{Robot, nearest_turn};
 use crate::task::{Target, Task};
 
 /// A held posture this near to its point counts as on it [rad, m]: it is where the robot stands, as its controller shows it.
@@ -123,6 +123,29 @@ impl Pins {
         Self(kept.map(|pin| Fixed { point: pin.point - points.start, ..pin.clone() }).collect())
     }
 
+    /// The same with a spin held at all points between a spin that is held and the pins beside it: evenly from one to the other, the shorter way round.
+    pub(super) fn spun(&self, problem: &PathProblem) -> Self {
+        let Some(axis) = problem.asked.spin_axis() else { return self.clone() };
+        let (task, mut all, mut before) = (Task::FULL.suited(&problem.robot), self.0.clone(), None);
+        for pin in &self.0 {
+            let (own, is_spin) = match &pin.held {
+                Held::Spin(own) => (*own, true),
+                Held::Posture(q) => (spin(&problem.frames[pin.point], &tools(&problem.robot, q)[0], axis), false),
+            };
+            let (from, start, was_spin) = before.unwrap_or((pin.point, own, is_spin));
+            let end = nearest_turn(own, start);
+            if is_spin || was_spin {
+                all.extend((from + 1..pin.point).map(|point| {
+                    let held = start + (end - start) * (point - from) as f64 / (pin.point - from) as f64;
+                    spinning(point, held, axis, task, &problem.frames[point])
+                }));
+            }
+            before = Some((pin.point, end, is_spin));
+        }
+        all.sort_by_key(|pin| pin.point);
+        Self(all)
+    }
+
     /// How far off the path a point may be [rad, m].
     pub(super) fn tolerance(&self, point: usize) -> f64 {
         if self.posture(point).is_some() { HELD_ON_PATH } else { ON_PATH }
@@ -139,7 +162,12 @@ impl Pins {
 }
 
 /// The cells of a point at which something is held: its posture alone, or all postures of its spin.
-pub(super) fn held_cells(problem: &PathProblem, lattice: &Lattice, point: usize, hooks: &mut Hooks) -> std::result::Result<Option<Cells>, PlanError> {
+pub(super) fn held_cells(
+    problem: &PathProblem,
+    lattice: &Lattice,
+    point: usize,
+    hooks: &mut Hooks,
+) -> std::result::Result<Option<Cells>, PlanError> {
     // The way round a closed path ends where it starts.
     let point = if problem.closed && point + 1 == problem.points() { 0 } else { point };
     let Some(pin) = problem.pins.at(point) else { return Ok(None) };
@@ -155,6 +183,12 @@ pub(super) fn held_cells(problem: &PathProblem, lattice: &Lattice, point: usize,
     Ok(Some(cells))
 }
 
+/// A spin that is held.
+fn spinning(point: usize, spin: f64, axis: Vec3, task: Task, frame: &Frame) -> Fixed {
+    let tool = frame.compose(&Frame::rotation(axis, spin));
+    Fixed { point, held: Held::Spin(spin), task, target: Target { position: tool.origin, axis: None, frame: tool.axes } }
+}
+
 impl Pinned<'_> {
     /// A pin that is checked.
     fn fixed(&self, name: &str, pin: Pin, settings: &PlanSettings) -> Result<Fixed> {
@@ -166,8 +200,7 @@ impl Pinned<'_> {
             }
             Held::Spin(spin) => {
                 let (axis, task) = self.spin(name, spin, settings)?;
-                let tool = frame.compose(&Frame::rotation(axis, spin));
-                Ok(Fixed { point, held: Held::Spin(spin), task, target: Target { position: tool.origin, axis: None, frame: tool.axes } })
+                Ok(spinning(point, spin, axis, task, frame))
             }
         }
     }
@@ -186,14 +219,14 @@ impl Pinned<'_> {
         }
         let (turn, shift) = self.task.error(&tools(self.robot, &q)[0], &self.targets[point]);
         let (angle, distance) = (norm(turn), norm(shift));
-        if !(angle.max(distance) <= HELD_ON_PATH) {
+        if angle.max(distance) > HELD_ON_PATH {
             let given = format!("a posture {:.3e} m and {:.3e} rad off point {point} of the path", distance, angle);
             return Err(Error::value(name, given, "one within 1e-6 of it"));
         }
         Ok(q)
     }
 
-    fn spin(&self, name: &str, spin: f64, settings: &PlanSettings) -> Result<([f64; 3], Task)> {
+    fn spin(&self, name: &str, spin: f64, settings: &PlanSettings) -> Result<(Vec3, Task)> {
         check_finite(name, &[spin])?;
         let task = Task::FULL.suited(self.robot);
         let Some(axis) = self.asked.spin_axis().filter(|_| task.dimension() > self.task.dimension()) else {

@@ -96,7 +96,7 @@ impl Planner {
                 break;
             }
         }
-        let parts = or_led(problem, parts, settings.max_iterations, hooks)?;
+        let parts = or_led(problem, &known, parts, settings.max_iterations, hooks)?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.reconfigurations
             && plan.failure.is_some()

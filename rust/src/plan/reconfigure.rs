@@ -74,7 +74,13 @@ fn rank(problem: &PathProblem, parts: &[Part]) -> (usize, f64) {
 }
 
 /// The segments found over some layers, refined; none where some point has no posture or a segment cannot be followed.
-fn segmented(problem: &PathProblem, known: &mut Layers, layers: usize, most: usize, hooks: &mut Hooks) -> Result<Option<Vec<Part>>, PlanError> {
+fn segmented(
+    problem: &PathProblem,
+    known: &mut Layers,
+    layers: usize,
+    most: usize,
+    hooks: &mut Hooks,
+) -> Result<Option<Vec<Part>>, PlanError> {
     let n = problem.points();
     let mut wanted: BTreeSet<usize> = linspace(0.0, (n - 1) as f64, n.min(layers)).iter().map(|x| x.round_ties_even() as usize).collect();
     wanted.extend(problem.pins.points());

@@ -89,7 +89,11 @@ impl<'a> RouteFinder<'a> {
             // Without limits nothing holds a joint near 0 but this.
             let free = Limits::none(n);
             let limits = self.limits.unwrap_or(&free);
-            let fitted = if held.is_empty() { within_limits(&mut q, n, &graph.wide, limits) } else { through(&mut q, n, &graph.wide, limits, &held) };
+            let fitted = if held.is_empty() {
+                within_limits(&mut q, n, &graph.wide, limits)
+            } else {
+                through(&mut q, n, &graph.wide, limits, &held)
+            };
             match fitted {
                 Err(joint) if self.limits.is_some() || !held.is_empty() => at = self.turned(at, joint),
                 _ => {

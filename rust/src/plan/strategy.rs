@@ -163,7 +163,13 @@ pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut 
 }
 
 /// The best of rival routes, refined.
-pub(super) fn best_of(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+pub(super) fn best_of(
+    problem: &PathProblem,
+    known: &mut Layers,
+    rivals: &[Segment],
+    most: usize,
+    hooks: &mut Hooks,
+) -> Result<Part, PlanError> {
     let n = problem.n();
     let mut parts: Vec<Part> = Vec::new();
     for segment in rivals {
