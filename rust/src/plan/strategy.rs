@@ -190,8 +190,9 @@ pub(super) fn best_of(
         let slow = problem.bounds[ended * n + blockage.joint].is_finite() && blockage.excess > 1.0;
         let slides = problem.robot.joints()[blockage.joint] == Joint::Prismatic;
         let joint = FailedJoint { number: blockage.joint, slides, excess: blockage.excess, combination: None };
+        let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
         part.failure = Some(if slow {
-            PlanFailure { point: ended + 1, cause: FailureCause::SpeedLimit, joint: Some(joint), pins: Vec::new() }
+            PlanFailure { point: ended + 1, cause, joint: Some(joint), pins: Vec::new() }
         } else {
             PlanFailure::at(ended + 1, FailureCause::NoWay)
         });
