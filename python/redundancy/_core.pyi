@@ -29,6 +29,7 @@ __all__ = [
     "OrthogonalSQP",
     "PathData",
     "PathSolution",
+    "PathTransfer",
     "PlanFailure",
     "PlanSettings",
     "PlannedPath",
@@ -915,7 +916,7 @@ class PlanSettings:
     @property
     def end(self) -> _F64 | None: ...
     @property
-    def pins(self) -> dict[int, float | _F64]: ...
+    def pins(self) -> dict[int, float | _F64] | None: ...
     @property
     def reconfigurations(self) -> bool: ...
     @property

@@ -78,14 +78,14 @@ fn a_plan_ends_when_it_is_told_to() {
 #[test]
 fn a_failure_is_told_in_the_units_that_people_read() {
     let text = |cause, excess, slides| {
-        PlanFailure { point: 7, cause, joint: Some(FailedJoint { number: 2, slides, excess, combination: None }) }.to_string()
+        PlanFailure { point: 7, cause, joint: Some(FailedJoint { number: 2, slides, excess, combination: None }), pins: vec![] }.to_string()
     };
     let limit = FailureCause::JointLimit;
     assert_eq!(text(limit, 0.0123, false), "point 7: joint limit of joint 3, which would have to go about 0.705 deg beyond it");
     assert_eq!(text(limit, 0.0123, true), "point 7: joint limit of joint 3, which would have to go about 12.3 mm beyond it");
     assert_eq!(text(FailureCause::StepLimit, 2.5, false), "point 7: step limit of joint 3, 2.5 times it would be needed");
     assert_eq!(text(FailureCause::SpeedLimit, 1234.5, false), "point 7: speed limit of joint 3, 1.23e+03 times it would be needed");
-    let failure = |cause| PlanFailure { point: 0, cause, joint: None }.to_string();
+    let failure = |cause| PlanFailure { point: 0, cause, joint: None, pins: vec![] }.to_string();
     assert_eq!(failure(FailureCause::Unreachable), "point 0: unreachable");
     assert!(FailureCause::ALL.into_iter().all(|cause| failure(cause).contains(cause.name())));
 }

@@ -227,7 +227,9 @@ def test_settings_show_what_is_held() -> None:
     assert settings.start is not None
     assert settings.start.tolist() == [1, 2, 3]
     assert settings.end is None
+    assert settings.pins is not None
     assert settings.pins[4] == 0.5
+    assert PlanSettings().pins is None
     assert np.asarray(settings.pins[2]).tolist() == [3, 2, 1]
     assert settings == PlanSettings(start=[1, 2, 3], pins={4: 0.5, 2: [3, 2, 1]})
     assert settings != PlanSettings(start=[1, 2, 3])

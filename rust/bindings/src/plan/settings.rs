@@ -222,9 +222,12 @@ impl PyPlanSettings {
         self.settings.end.as_ref().map(|q| vector(py, q))
     }
 
-    /// Spins [rad] or postures [rad or m] that are held, by their points.
+    /// Spins [rad] or postures [rad or m] that are held, by their points; None where none are.
     #[getter]
-    fn pins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn pins<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        if self.settings.pins.is_empty() {
+            return Ok(None);
+        }
         let pins = PyDict::new(py);
         for pin in &self.settings.pins {
             match &pin.held {
@@ -232,7 +235,7 @@ impl PyPlanSettings {
                 Held::Spin(spin) => pins.set_item(pin.point, spin)?,
             }
         }
-        Ok(pins)
+        Ok(Some(pins))
     }
 
     /// Whether the path may be left and entered again where no single way exists.
