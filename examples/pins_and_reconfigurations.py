@@ -35,9 +35,7 @@ def carried_round() -> None:
         print(f"points {first} to {last}: {len(plan.segment(number))} postures")
         if number < len(plan.transfers):
             way = plan.transfers[number]
-            print(
-                f"  off by {1000 * way.lift[0]:.0f} mm, {len(way)} postures, {way.duration:.1f} s at least, and down again"
-            )
+            print(f"  off by {1000 * way.lift[0]:.0f} mm, {len(way)} postures, {way.duration:.1f} s at least")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::failure::FailureCause;
 use super::graph::{Criterion, Graph, Search};
 use super::hooks::{Hooks, PlanError};
 use super::layers::Layers;
@@ -70,7 +71,8 @@ pub(super) fn reconfigured(
 
 /// Fewer segments come first, then the lesser cost.
 fn rank(problem: &PathProblem, parts: &[Part]) -> (usize, f64) {
-    (parts.len(), cost(problem, parts))
+    let cost = cost(problem, parts);
+    (parts.len(), if cost.is_nan() { f64::INFINITY } else { cost })
 }
 
 /// The segments found over some layers, refined; none where some point has no posture or a segment cannot be followed.
@@ -340,10 +342,9 @@ fn apart(parts: &[Part]) -> Vec<Part> {
 
 /// The plan of the segments; that they are several is no failure.
 fn put_together(problem: &PathProblem, known: &mut Layers, parts: &[Part], hooks: &mut Hooks) -> Result<Plan, PlanError> {
-    use super::failure::FailureCause::NoWay;
     let mut plan = assembled(problem, known, &apart(parts), hooks)?;
     let starts = |point: usize| parts.iter().any(|part| part.first == point || part.first + 1 == point);
-    plan.failure = plan.failure.filter(|failure| failure.cause != NoWay || !starts(failure.point));
+    plan.failure = plan.failure.filter(|failure| failure.cause != FailureCause::NoWay || !starts(failure.point));
     plan.refined = parts.iter().all(|part| part.refined);
     plan.segments = parts.iter().map(|part| (part.first, part.first + part.len() - 1)).collect();
     (plan.cost, plan.motion) = (cost(problem, parts), motion(problem, parts));
