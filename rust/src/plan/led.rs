@@ -44,6 +44,7 @@ pub(super) fn or_led(
 
 /// Postures of all points: each from the one before it, a share of the way nearer to the next posture of `held`, by Newton onto the path and what is held
 /// there; before the first of `held` and behind the last each from its neighbour alone. `None` where Newton does not get there.
+#[inline(never)]
 fn led(problem: &PathProblem, held: &[(usize, Vec<f64>)]) -> Option<Vec<f64>> {
     let (n, count, mut held) = (problem.n(), problem.points(), held.to_vec());
     let (first, start) = held.first()?.clone();

@@ -236,6 +236,7 @@ impl PathProblem {
     }
 
     /// Values of the objective at postures; 0 without one.
+    #[inline(never)]
     pub(super) fn values(&self, q: &[f64]) -> Vec<f64> {
         let n = self.n();
         let mut values = vec![0.0; q.len() / n];
@@ -251,6 +252,7 @@ impl PathProblem {
     }
 
     /// Brings postures of the points from `first` on onto the path by Newton; tells of each whether it got there.
+    #[inline(never)]
     pub(super) fn restored(&self, first: usize, q: &mut [f64]) -> Vec<bool> {
         fn one<const C: usize>(problem: &PathProblem, point: usize, q: &mut [f64]) -> bool {
             problem.reach::<C>(point, q)
@@ -303,6 +305,7 @@ impl PathProblem {
     }
 
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
+    #[inline(never)]
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
             let apart: [Vec3; 3] = std::array::from_fn(|i| sub(tool.axes[i], frame.axes[i]));

@@ -76,6 +76,7 @@ fn rank(problem: &PathProblem, parts: &[Part]) -> (usize, f64) {
 }
 
 /// The segments found over some layers, refined; none where some point has no posture or a segment cannot be followed.
+#[inline(never)]
 fn segmented(
     problem: &PathProblem,
     known: &mut Layers,
@@ -123,6 +124,7 @@ fn segmented(
 }
 
 /// Refines the best way through some layers; in two where whole turns do not fit, or where it cannot be followed. Whether there is one.
+#[inline(never)]
 fn followed(
     problem: &PathProblem,
     known: &mut Layers,
@@ -163,6 +165,7 @@ fn followed(
 
 /// The parts that a search has left of a path, if all of it is in them and each can be followed; each from the end of the one before, where Newton leads
 /// back there.
+#[inline(never)]
 fn joined(problem: &PathProblem, parts: &[Part], hooks: &mut Hooks) -> Result<Option<Vec<Part>>, PlanError> {
     let n = problem.n();
     let mut out: Vec<Part> = Vec::new();
@@ -211,6 +214,7 @@ struct Level {
     reach: usize,
 }
 
+#[inline(never)]
 fn swept(graph: &Graph, search: &Search, ceiling: f64) -> Option<(Vec<Cut>, f64)> {
     let last = graph.layers() - 1;
     let mut entries = vec![f64::INFINITY; last + 1];
@@ -268,6 +272,7 @@ fn traced(levels: &[Level], gaps: &[bool], last: usize) -> Vec<Cut> {
 }
 
 /// One pass through the layers; a cell may begin at what `entries` says of its layer. None where nothing is reached.
+#[inline(never)]
 fn sweep(graph: &Graph, search: &Search, ceiling: f64, entries: &[f64]) -> Option<Level> {
     let mut level = Level { from: Vec::new(), best: Vec::new(), reach: 0 };
     let mut before: Vec<f64> = Vec::new();
@@ -307,6 +312,7 @@ impl Graph {
 }
 
 /// What was minimised, over all segments.
+#[inline(never)]
 fn cost(problem: &PathProblem, parts: &[Part]) -> f64 {
     let worst = parts.iter().map(Part::worst).fold(f64::NEG_INFINITY, f64::max);
     if problem.criterion == Criterion::Minimax { worst } else { mean(problem, parts) + parts[0].smoothness * motion(problem, parts) }

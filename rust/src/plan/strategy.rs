@@ -69,6 +69,7 @@ fn open_runs(known: &Layers, points: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
+#[inline(never)]
 pub(super) fn routes(problem: &PathProblem, known: &Layers, points: &[usize], whole: bool) -> Vec<Rivals> {
     let closed = problem.closed && whole;
     let bounded = problem.is_bounded();
@@ -142,6 +143,7 @@ fn where_more_is_needed(
 }
 
 /// The points of a segment at which interpolation loses the path, its limits or what the caller allows.
+#[inline(never)]
 pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> Result<Vec<usize>, PlanError> {
     let n = problem.n();
     let (first, q) = segment.spread(n);
@@ -163,6 +165,7 @@ pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut 
 }
 
 /// The best of rival routes, refined.
+#[inline(never)]
 pub(super) fn best_of(
     problem: &PathProblem,
     known: &mut Layers,

@@ -56,6 +56,7 @@ pub(super) fn transfer(
 }
 
 /// Postures from one on the path to where the tool is drawn back along its axis, as far as limits let it, and how far that is.
+#[inline(never)]
 fn lifted(problem: &PathProblem, q: &[f64], distance: f64, largest: f64) -> (Vec<f64>, f64) {
     let robot = &problem.robot;
     let task = Task::FULL.suited(robot);
