@@ -84,7 +84,7 @@ from .loops import (
     track,
 )
 from .paths import Toolpath, Trajectory
-from .planning import Plan, PlanFailure, RedundancyMap, plan, redundancy_map
+from .planning import Plan, PlanFailure, RedundancyMap, Transfer, plan, redundancy_map
 from .robots import on_rail, with_turntable
 
 __all__ = [
@@ -133,6 +133,7 @@ __all__ = [
     "ToolpathError",
     "Tracking",
     "Trajectory",
+    "Transfer",
     "TwistDecomposition",
     "UnknownRobotError",
     "VirtualJoint",

@@ -32,6 +32,11 @@
     limits = true
     branch_changes = false
     warm_start = "out/trajectory.csv"    # an earlier plan, beside the job file
+    start_deg = [0, -30, 60, 0, 90, 0]   # postures in which the path begins and ends (or start, in rad and m)
+    end_deg = [10, -30, 60, 0, 90, 0]    # deg, mm where a joint slides
+    pins_deg = [[30, 45], [60, -20]]     # points and the spins, or the postures, that are held there (or pins, in rad)
+    reconfigurations = false             # whether the path may be left and entered again where no single way exists
+    lift_off_mm = 50
 
     [output]
     frame = "tool"                       # whose poses RobotMaster gets; or "flange"

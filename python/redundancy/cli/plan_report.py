@@ -1,5 +1,6 @@
 """What ``redundancy plan`` and ``redundancy map`` tell and leave behind."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,6 +84,8 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
         weights = core_path(planned.path).weights[reached]
         rows[f"worst {objective}"] = f"{planned.value[reached].max():.5f}"
         rows[f"mean {objective}"] = f"{_mean(planned.value[reached], weights):.5f}"
+    if planned.transfers:
+        rows["segments"] = f"{len(planned.segments)}\n{planned.reconfigurations}"
     if planned.failure is not None:
         return rows
     if not np.isnan(planned.bound):
@@ -129,6 +132,8 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Jo
     """
     with whole_files(folder) as (temporary, names):
         write_formats(temporary, planned, job.frame, job.joints)
+        if planned.transfers:
+            (temporary / "transfers.json").write_text(_transfers(planned))
         if pictures:
             figures = {
                 "condition": plots.condition_along_path(planned),
@@ -139,6 +144,15 @@ def write_plan(folder: Path, planned: Plan, chart: RedundancyMap | None, job: Jo
                 figures["map"] = _figure(chart, job.objective_name, chart.lines_of(planned))
             save_figures(temporary, figures)
     return names
+
+
+def _transfers(planned: Plan) -> str:
+    """Return the ways from segment to segment: points, lift-off [m], postures [rad or m] and least times [s]."""
+    ways = [
+        {"points": way.points, "lift_m": way.lift, "q": way.q.tolist(), "time_s": way.time.tolist()}
+        for way in planned.transfers
+    ]
+    return json.dumps(ways, indent=1) + "\n"
 
 
 def map_table(chart: RedundancyMap, objective: str) -> Table:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .._core import PlanSettings, Robot
 from ..files import Table
+from .pins import PIN_KEYS, read_pins, read_posture
 
 CRITERIA: Final = ("minimax", "integral", "motion")
 KEYS: Final = (
@@ -24,6 +25,7 @@ KEYS: Final = (
         "max_step",
     ),
     *("spare", "n_spare", "branches", "branch_changes", "closed", "limits", "bound", "max_iterations", "warm_start"),
+    *("reconfigurations", "lift_off_mm", *PIN_KEYS),
 )
 OLD_NAMES: Final = {"angles": "n_angles", "spare_values": "n_spare"}
 """Keys of older job files."""
@@ -91,6 +93,11 @@ def read_plan(table: Table, robot: Robot, folder: Path) -> PlanTable:
         bound=table.flag("bound", True),
         effort=_count(table, "effort"),
         max_iterations=_count(table, "max_iterations"),
+        start=read_posture(table, "start", robot),
+        end=read_posture(table, "end", robot),
+        pins=read_pins(table, robot),
+        reconfigurations=table.flag("reconfigurations", default.reconfigurations),
+        lift_off=_lift_off(table),
     )
     return PlanTable(settings, _warm_start(table, folder))
 
@@ -99,6 +106,15 @@ def _count(table: Table, *names: str) -> int | None:
     """Return a number of at least 1 under the first of some names that the table has."""
     name = next((name for name in names if name in table), None)
     return None if name is None else table.integer(name, least=1)
+
+
+def _lift_off(table: Table) -> float | None:
+    if "lift_off_mm" not in table:
+        return None
+    lift = table.number("lift_off_mm")
+    if lift < 0.0:
+        raise table.error("lift_off_mm", "a number of at least 0")
+    return 1e-3 * lift
 
 
 def _max_spin_step(table: Table) -> float | None:

@@ -5,6 +5,7 @@ from .map import Predicate, RedundancyMap, redundancy_map
 from .numbers import core_path
 from .plan import plan, plan_by
 from .result import Plan
+from .transfer import Transfer
 
 __all__ = [
     "Plan",
@@ -12,6 +13,7 @@ __all__ = [
     "PlanSettings",
     "Predicate",
     "RedundancyMap",
+    "Transfer",
     "core_path",
     "plan",
     "plan_by",

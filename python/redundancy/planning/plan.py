@@ -1,6 +1,6 @@
 """The best spin over a whole path: a search over all spins and branches, then the continuous optimum."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from ..paths import Toolpath, Trajectory
 from .map import Predicate
 from .numbers import core_path
 from .result import Plan
+from .transfer import Transfer
 
 SINGULAR = 1e12
 """A posture with a larger condition number is singular: hardly a digit is left that tells it from infinity."""
@@ -46,6 +47,11 @@ def plan(
     bound: bool | None = None,
     effort: int | None = None,
     max_iterations: int = 200,
+    start: ArrayLike | None = None,
+    end: ArrayLike | None = None,
+    pins: Mapping[int, float | ArrayLike] | None = None,
+    reconfigurations: bool = False,
+    lift_off: float = 0.05,
     progress: bool = True,
 ) -> Plan:
     """Plan the free motion of a robot along a whole path: the spin of its tool, and its spare joints.
@@ -123,6 +129,21 @@ def plan(
         are to spare or there is an ``edge_cost``; else 1.
     max_iterations : int
         Newton steps of the refinement at most.
+    start, end : array_like, shape (n,), optional
+        Postures in which the path begins and ends [rad or m], whole turns included: within limits, and within 1e-6 of
+        the first and the last point [m, rad]. The plan has them digit for digit. A closed path has no ``end`` of its
+        own.
+    pins : mapping, optional
+        What is held at other points: ``{point: spin}`` or ``{point: posture}``, points counted from 0. A spin [rad] is
+        that of `RedundancyMap`, from the path's frame; a posture is as ``start``. Limits, the largest step and the
+        speed limits hold at pins and beside them; where they leave no way ``failure`` names the pin.
+    reconfigurations : bool
+        Whether the path may be cut where no single way exists, into as few segments as the search's grid allows, each
+        planned as a whole: ``Plan.segments``, and in ``Plan.transfers`` how the robot gets from one to the next. Where
+        the search finds a whole way nothing is cut. The point at which a segment ends also begins the next one, so that
+        no stretch of the path is left out, unless no posture can move on from there.
+    lift_off : float
+        How far the tool is drawn back along its axis before it changes its posture [m], as far as the robot can.
     progress : bool
         Whether a bar on stderr shows the progress of what takes longer than a second.
 
@@ -172,6 +193,11 @@ def plan(
         bound=bound,
         effort=effort,
         max_iterations=max_iterations,
+        start=start,
+        end=end,
+        pins=pins,
+        reconfigurations=reconfigurations,
+        lift_off=lift_off,
     )
     return plan_by(
         settings,
@@ -250,4 +276,6 @@ def plan_by(
         failure=found.failure,
         refined=found.refined,
         notes=tuple(found.notes),
+        segments=found.segments,
+        transfers=[Transfer(robot, way.points, way.q, way.lift, way.allowed) for way in found.transfers],
     )

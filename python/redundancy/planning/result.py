@@ -1,12 +1,14 @@
 """What a plan is, and why it may not be whole."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._core import Objective, PlanFailure
+from .._util import F64
 from ..paths import Trajectory
 from .numbers import core_path
+from .transfer import Transfer
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,6 +43,14 @@ class Plan(Trajectory):
     notes : tuple of str
         What else is worth saying, in words: that the way passes through a singularity, and where; that the value does
         not depend on the spin of the tool.
+    segments : list of tuple of int
+        First and last point of every stretch that is followed without lifting off; one, of all points, where the plan
+        is whole. With ``reconfigurations`` the point at which one ends begins the next: ``q`` holds the posture in
+        which it ends, the last posture of the transfer the one in which the next begins, and `segment` has both.
+    transfers : list of Transfer
+        How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start.
+        They take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits,
+        and the times of what comes later shift by the transfer's.
     """
 
     objective: Objective | None = None
@@ -54,6 +64,8 @@ class Plan(Trajectory):
     failure: PlanFailure | None = None
     refined: bool = False
     notes: tuple[str, ...] = ()
+    segments: list[tuple[int, int]] = field(default_factory=list)
+    transfers: list[Transfer] = field(default_factory=list)
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]
@@ -61,10 +73,45 @@ class Plan(Trajectory):
             words.append(f"worst value {np.nanmax(self.value):.6g}")
         if len(self) > 1:
             words.append(f"largest step {self.largest_step_told}")
+        if self.transfers:
+            words.append(self.reconfigurations)
         if self.failure is not None:
             words.append(self.failure.told(self.robot))
         words.extend(self.notes)
         return f"Plan({', '.join(words)})"
+
+    @property
+    def reconfigurations(self) -> str:
+        """The reconfigurations in words: "2 reconfigurations, at points 311 and 540"."""
+        points = [str(transfer.points[0]) for transfer in self.transfers]
+        if not points:
+            return "no reconfigurations"
+        listed = " and ".join([*([", ".join(points[:-1])] if len(points) > 1 else []), points[-1]])
+        many = "s" if len(points) > 1 else ""
+        return f"{len(points)} reconfiguration{many}, at point{many} {listed}"
+
+    def segment(self, number: int) -> F64:
+        """Return the postures of a segment, counted from 0, shape (points, n), with that in which it begins."""
+        first, last = self.segments[number]
+        q: F64 = self.q[first : last + 1].copy()
+        if number > 0 and self.transfers:
+            q[0] = self.transfers[number - 1].q[-1]
+        return q
+
+    @property
+    def joint_speed(self) -> F64 | None:
+        """Mean joint speeds from each point to the next [rad/s or m/s], shape (N, n); None without times.
+
+        As for any trajectory, but behind a transfer from where that ends, and 0 where no segment leads on.
+        """
+        speed = super().joint_speed
+        if speed is not None and self.time is not None and self.transfers:
+            for (_, last), transfer in zip(self.segments[:-1], self.transfers, strict=False):
+                start = transfer.points[1]
+                step = self.q[last + 1] - transfer.q[-1] if start == last else np.zeros(self.robot.n)
+                speed[last] = step / (self.time[last + 1] - self.time[last])
+            speed[-1] = speed[-2]
+        return speed
 
     @property
     def gap(self) -> float:

@@ -37,7 +37,7 @@ mod _core {
     #[pymodule_export]
     use super::plan::path::PyPath;
     #[pymodule_export]
-    use super::plan::planner::{PyPlannedPath, plan_path};
+    use super::plan::planner::{PyPathTransfer, PyPlannedPath, plan_path};
     #[pymodule_export]
     use super::plan::settings::PyPlanSettings;
     #[pymodule_export]

@@ -54,7 +54,9 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
         }
     };
     for point in 0..problem.points() {
-        if problem.limits {
+        let free = problem.pins.at(point).is_none();
+        // A posture that is held is within its limits; one whose spin is held has none to choose.
+        if problem.limits && problem.pins.posture(point).is_none() {
             for joint in 0..n {
                 // The first point of a closed path is passed again, whole turns away.
                 let turns = problem.turns.as_ref().filter(|_| point == 0).map_or(0.0, |turns| turns[joint]);
@@ -67,7 +69,7 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
                 push(Kind::Combination, point, k, -1.0, turns.min(0.0) - it.low);
             }
         }
-        if let Some(spin) = &problem.spin {
+        if let Some(spin) = problem.spin.as_ref().filter(|_| free) {
             push(Kind::Spin, point, 0, 1.0, spin.range.1);
             push(Kind::Spin, point, 0, -1.0, -spin.range.0);
         }

@@ -62,6 +62,11 @@ impl FailureCause {
         }
     }
 
+    /// Whether it is the motion from the point before that is in the way.
+    fn is_between_points(self) -> bool {
+        matches!(self, Self::SpeedLimit | Self::StepLimit)
+    }
+
     /// What its name leaves open, where nothing else is known.
     fn detail(self) -> &'static str {
         match self {
@@ -85,6 +90,8 @@ pub struct PlanFailure {
     pub joint: Option<FailedJoint>,
     /// What is known beside, and what would help, in words.
     pub hint: Option<String>,
+    /// The point itself if something is held there, else the next points on either side at which something is.
+    pub pins: Vec<usize>,
 }
 
 /// The joint, or the combination of joints, that keeps a plan from being whole.
@@ -138,7 +145,7 @@ pub(super) fn farthest_beyond(robot: &Robot, q: &[f64]) -> Option<(Limited, f64)
 impl PlanFailure {
     /// One, with the joint in the way if there is one.
     pub fn new(point: usize, cause: FailureCause, joint: Option<FailedJoint>) -> Self {
-        Self { point, cause, joint, hint: None }
+        Self { point, cause, joint, hint: None, pins: Vec::new() }
     }
 
     /// One without a joint in the way.
@@ -160,7 +167,23 @@ impl PlanFailure {
     }
 
     fn tell_cause(&self, f: &mut dyn fmt::Write, label: impl Fn(usize) -> String) -> fmt::Result {
-        write!(f, "point {}: {}", self.point, self.cause.name())?;
+        match self.pins[..] {
+            [pin] if pin == self.point && pin > 0 && self.cause.is_between_points() => {
+                write!(f, "pin at point {pin}: it cannot be reached from point {} within the {}", pin - 1, self.cause.name())?;
+            }
+            [pin] if pin == self.point => write!(f, "pin at point {pin}: {}", self.cause.name())?,
+            _ => write!(f, "point {}: {}", self.point, self.cause.name())?,
+        }
+        self.tell_joint(f, label)?;
+        match self.pins[..] {
+            [before, after] => write!(f, "; between the pins at points {before} and {after}"),
+            [pin] if pin < self.point => write!(f, "; from the pin at point {pin}"),
+            [pin] if pin > self.point => write!(f, "; on the way to the pin at point {pin}"),
+            _ => Ok(()),
+        }
+    }
+
+    fn tell_joint(&self, f: &mut dyn fmt::Write, label: impl Fn(usize) -> String) -> fmt::Result {
         let Some(joint) = &self.joint else { return f.write_str(if self.hint.is_some() { "" } else { self.cause.detail() }) };
         match &joint.combination {
             Some(combination) => write!(f, " of {combination}")?,

@@ -111,6 +111,7 @@ pub fn spin(frame: &Frame, tool: &Frame, axis: Vec3) -> f64 {
 }
 
 /// The tool frames of postures, n joints a row.
+#[inline(never)]
 pub fn tools(robot: &Robot, q: &[f64]) -> Vec<Frame> {
     fn tool<const C: usize>(robot: &Robot, q: &[f64]) -> Frame {
         forward::<C>(robot, q)

@@ -79,7 +79,12 @@ pub struct Search {
 impl Search {
     /// The search for the least motion among routes no worse than one, and the ceiling that makes them so (minimax).
     pub(super) fn under(&self, route: &Route) -> (Self, f64) {
-        (Self { criterion: Criterion::Integral, smoothness: 1.0, ..*self }, route.cost + self.slack * route.cost.abs())
+        self.under_cost(route.cost)
+    }
+
+    /// The same from the worst value of a route.
+    pub(super) fn under_cost(&self, cost: f64) -> (Self, f64) {
+        (Self { criterion: Criterion::Integral, smoothness: 1.0, ..*self }, cost + self.slack * cost.abs())
     }
 }
 
@@ -214,13 +219,7 @@ impl Graph {
             let best = |cell: usize| {
                 if allowed(layer, cell) { self.best_step(search, layer, cell, before, own(layer, cell)) } else { (f64::INFINITY, 0) }
             };
-            let edges = self.steps_of_sweep(search) / self.layers();
-            let found: Vec<(f64, u32)> = if edges >= PARALLEL {
-                (0..self.cells()).into_par_iter().with_min_len(16).map(best).collect()
-            } else {
-                (0..self.cells()).map(best).collect()
-            };
-            let (cost, from) = found.into_iter().unzip();
+            let (cost, from) = self.of_every_cell(search, &best).into_iter().unzip();
             labels.push(Labels { cost, from });
         }
         labels
@@ -266,9 +265,19 @@ impl Graph {
         }
     }
 
+    /// Labels of the cells of a layer, on every core where there are many steps into them.
+    pub(super) fn of_every_cell(&self, search: &Search, label: &(dyn Fn(usize) -> (f64, u32) + Sync)) -> Vec<(f64, u32)> {
+        let edges = self.steps_of_sweep(search) / self.layers();
+        if edges >= PARALLEL {
+            (0..self.cells()).into_par_iter().with_min_len(16).map(label).collect()
+        } else {
+            (0..self.cells()).map(label).collect()
+        }
+    }
+
     /// The cheapest step into a cell, and where it comes from.
     #[inline(always)]
-    fn best_step(&self, search: &Search, layer: usize, cell: usize, before: &[f64], own: f64) -> (f64, u32) {
+    pub(super) fn best_step(&self, search: &Search, layer: usize, cell: usize, before: &[f64], own: f64) -> (f64, u32) {
         let to = self.posture(layer, cell);
         let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
         let factor = search.smoothness / self.steps[layer - 1];
@@ -421,6 +430,17 @@ impl Graph {
             }
         }
         out
+    }
+
+    /// Closes the whole turns of a layer's postures that are not those of one that is held there.
+    pub fn hold(&mut self, layer: usize, held: &[f64]) {
+        for cell in 0..self.cells() {
+            let at = layer * self.cells() + cell;
+            let row = &self.q[at * self.n..(at + 1) * self.n];
+            if row.iter().zip(held).zip(&self.wide).any(|((x, held), wide)| !wide && (x - held).abs() > PI) {
+                self.cause[at] = self.cause[at].max(Cause::JointLimit as u8);
+            }
+        }
     }
 
     /// Closes the postures beyond limits.

@@ -1,5 +1,7 @@
 //! What a plan chooses from: every posture at every point of the path, over a grid of the tool's spin and of the joints that are to spare.
 
+mod held;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -39,7 +41,7 @@ pub enum Cause {
 }
 
 /// The cells of one point.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Cells {
     /// Why a cell holds no posture, one number a cell.
     pub cause: Vec<u8>,
@@ -99,6 +101,8 @@ pub struct Lattice {
     objective: Option<Objective>,
     limits: bool,
     branches: usize,
+    /// What a cell asks of the tool.
+    task: Task,
 }
 
 impl Cause {
@@ -130,10 +134,7 @@ impl Lattice {
             .iter()
             .map(|row| {
                 let held: Vec<(usize, f64)> = spare.joints.iter().copied().zip(row.iter().copied()).collect();
-                let (rest, task) = (Arc::new(robot.with_fixed(&held)?), cell_task(spare.spins, task));
-                let singular = !held.is_empty() && task.rank(&rest) < rest.n();
-                let inverse = if singular { None } else { Some(TaskInverse::new(rest, task)?) };
-                Ok(Slice { held, moving: moving.clone(), inverse })
+                Slice::new(&robot, held, moving.clone(), cell_task(spare.spins, task))
             })
             .collect::<Result<Vec<Slice>>>()?;
         let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
@@ -154,6 +155,7 @@ impl Lattice {
             objective,
             limits,
             branches,
+            task: cell_task(spare.spins, task),
         })
     }
 
@@ -190,6 +192,18 @@ impl Lattice {
     /// Joints that are held on the grid.
     pub fn held(&self) -> usize {
         self.slices.first().map_or(0, |slice| slice.held.len())
+    }
+
+    /// The joints to spare, each with the least distance of two of its values [rad or m].
+    pub(super) fn spare_steps(&self) -> Vec<(usize, f64)> {
+        let Some(first) = self.slices.first() else { return Vec::new() };
+        let least = |at: usize| {
+            let mut all: Vec<f64> = self.slices.iter().map(|slice| slice.held[at].1).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            all.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min)
+        };
+        first.held.iter().enumerate().map(|(at, &(joint, _))| (joint, least(at))).collect()
     }
 
     /// Branches of a cell.
@@ -439,6 +453,13 @@ impl Lattice {
 }
 
 impl Slice {
+    fn new(robot: &Robot, held: Vec<(usize, f64)>, moving: Vec<usize>, task: Task) -> Result<Self> {
+        let rest = Arc::new(robot.with_fixed(&held)?);
+        let singular = !held.is_empty() && task.rank(&rest) < rest.n();
+        let inverse = if singular { None } else { Some(TaskInverse::new(rest, task)?) };
+        Ok(Self { held, moving, inverse })
+    }
+
     fn solve(&self, target: &Frame) -> Solutions {
         self.inverse.as_ref().map_or(Solutions::NONE, |inverse| inverse.solve(target))
     }

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::bound::least_value;
+use super::bound::{distinct, least_value};
 use super::edges::EdgeTable;
 use super::failure::Limited;
 use super::floors::{Bottleneck, Floors, least_between};
@@ -15,6 +15,7 @@ use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cause, Cells, Lattice, wide_joints};
 use super::numbers::{interpolated, sum};
 use super::path::point_weights;
+use super::pins::held_cells;
 use super::problem::PathProblem;
 use super::route::RouteFinder;
 use super::settings::PlanSettings;
@@ -26,6 +27,8 @@ const CHUNK: usize = 2_000_000;
 const BRANCH_STEP: f64 = 0.5;
 /// The same where branches have no names, so that motion alone tells which follows which.
 const NAMELESS_STEP: f64 = 1.5;
+/// Values of the grid by which every joint has to be able to move from layer to layer.
+const REACH: f64 = 2.0;
 /// Points whose least values are found between two signs of life.
 const BOUNDED: usize = 64;
 /// Part of the turns of all joints that the tool may spin by from a point to the next, for the bound.
@@ -132,6 +135,11 @@ impl<'a> Layers<'a> {
                 cells.retain(n, &kept);
             }
         }
+        for (point, cells) in points.iter().zip(&mut all) {
+            if let Some(held) = held_cells(self.problem, &self.lattice, *point, hooks)? {
+                *cells = held;
+            }
+        }
         Ok(all)
     }
 
@@ -190,6 +198,16 @@ impl<'a> Layers<'a> {
         edges: &mut EdgeTable,
         hooks: &mut Hooks,
     ) -> Result<RouteFinder<'a>, PlanError> {
+        let problem = self.problem;
+        let limits = problem.limits.then(|| problem.robot.limits());
+        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
+        let (mut graph, search) = self.searched(points, haste, allowed);
+        graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
+        Ok(RouteFinder::new(graph, search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect()))
+    }
+
+    /// The graph of some points whose cells are known, and how it is searched.
+    pub fn searched(&self, points: &[usize], haste: f64, allowed: &dyn Fn(usize, usize) -> bool) -> (Graph, Search) {
         let (problem, settings, lattice) = (self.problem, self.settings, &self.lattice);
         let layers: Vec<&Cells> = points.iter().filter_map(|point| self.cells.get(point)).collect();
         let values = layers.iter().flat_map(|cells| &cells.value).copied();
@@ -207,10 +225,16 @@ impl<'a> Layers<'a> {
             },
             slack: 0.0,
         };
-        let limits = problem.limits.then(|| problem.robot.limits());
-        let mut graph = self.graph(points, &layers, haste, allowed);
-        graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
-        Ok(RouteFinder::new(graph, search, limits, closed))
+        (self.graph(points, &layers, haste, allowed), search)
+    }
+
+    /// At how many points a search can still pass from one value of a joint to spare to the next, and from one spin to the next.
+    pub fn layers_to_spare(&self) -> usize {
+        let n = self.problem.n();
+        let reach = |joint: usize| sum(&self.problem.bounds.iter().skip(joint).step_by(n).copied().collect::<Vec<_>>());
+        let slowest = (0..n).map(reach).fold(f64::INFINITY, f64::min) / (REACH * self.spin_step);
+        let steps = self.lattice.spare_steps().into_iter().map(|(joint, step)| reach(joint) / (REACH * step));
+        steps.fold(slowest.min(self.problem.points() as f64), f64::min).max(2.0) as usize
     }
 
     /// Points at which a search begins.
@@ -301,6 +325,12 @@ impl<'a> Layers<'a> {
             self.order.iter().filter(|point| self.is_open(**point)).map(|point| (*point, best(point))).collect();
         open.sort_by(|a, b| b.1.total_cmp(&a.1));
         open.into_iter().take(count).map(|(point, _)| point).collect()
+    }
+
+    /// The best postures of a point that is known, no two of them next to each other.
+    pub fn best_postures(&self, point: usize, most: usize) -> Vec<Vec<f64>> {
+        let Some(cells) = self.cells.get(&point) else { return Vec::new() };
+        distinct(&cells.q, &cells.value, self.problem.n(), most).into_iter().map(<[f64]>::to_vec).collect()
     }
 
     /// The least value at a point, from the cells of the search there.

@@ -204,8 +204,14 @@ impl<const C: usize> Model<C> {
         let reach = if problem.turns.is_some() { 2 } else { 1 };
         let mut matrix = Banded::new(count * r, ((reach + 1) * r).saturating_sub(1));
         for (i, point) in points.iter().enumerate() {
-            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], r);
-            for a in 0..r {
+            let free = problem.freedoms_at(i).min(r);
+            // A motion that is held is none, and alone in its row.
+            (free..r).for_each(|a| matrix.add(place(i) * r + a, place(i) * r + a, 1.0));
+            if free == 0 {
+                continue;
+            }
+            let block = point.reduce(&self.lagrangian[i], &self.hessian[i], free);
+            for a in 0..free {
                 for b in 0..=a {
                     matrix.add(place(i) * r + a, place(i) * r + b, block[a][b]);
                 }

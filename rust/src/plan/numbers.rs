@@ -78,6 +78,15 @@ pub fn ascending(x: &[f64]) -> Vec<usize> {
     order
 }
 
+/// A number above 0 to one digit; others as they are.
+pub fn to_one_digit(x: f64) -> f64 {
+    if !(x > 0.0 && x.is_finite()) {
+        return x;
+    }
+    let unit = 10f64.powf(x.log10().floor());
+    (x / unit).round() * unit
+}
+
 /// A number as Python shows it: 1.0, nan, inf.
 pub fn shown(x: f64) -> String {
     format!("{x:?}").to_lowercase()

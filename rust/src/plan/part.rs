@@ -24,6 +24,8 @@ const TRIAL: usize = 40;
 const PATIENT: usize = 100;
 /// Weight of the motion beside the mean, relative, where that is a start for a worst value.
 const STEADY: f64 = 1e-3;
+/// A last posture this near to the first [rad or m] is the first: what is left is rounding.
+const CLOSES: f64 = 1e-6;
 /// Share of the largest step below which a route is refined without it.
 const SLOW: f64 = 0.8;
 
@@ -167,6 +169,11 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         rows = start;
     }
     problem.settle(first, &mut rows);
+    if let Some(turns) = &stretch.turns {
+        let end = (count - 1) * n;
+        let closes = (0..n).all(|k| (rows[end + k] - rows[k] - turns[k]).abs() <= CLOSES);
+        (0..n).filter(|_| closes).for_each(|k| rows[end + k] = rows[k] + turns[k]);
+    }
     let tightest = found.tightest.filter(|_| found.status == RefineStatus::Infeasible);
     Ok(Part {
         first,

@@ -7,11 +7,13 @@ use super::diagnosis::explained;
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::Layers;
+use super::led::or_led;
 use super::notes::notes;
 use super::part::{WarmStart, better_parts, worst};
 use super::path::Path;
 use super::problem::PathProblem;
 use super::proof::proven_bound;
+use super::reconfigure::reconfigured;
 use super::settings::{Aim, PlanSettings};
 use super::strategy::{improved, is_worth_more, searched};
 use super::verdict::{Plan, assembled};
@@ -147,8 +149,15 @@ impl Planner {
                 }
             }
         }
+        let parts = or_led(problem, &known, parts, settings.max_iterations, hooks)?;
         let parts = parts.into_iter().map(|part| polished(problem, part, hooks)).collect::<std::result::Result<Vec<_>, _>>()?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
+        if settings.reconfigurations
+            && plan.failure.is_some()
+            && let Some(cut) = reconfigured(problem, &mut known, &parts, settings, hooks)?
+        {
+            return Ok(cut);
+        }
         if settings.is_bounded() {
             plan.bound = proven_bound(problem, &mut known, &plan.q, &plan.value, hooks)?;
         }

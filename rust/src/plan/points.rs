@@ -76,20 +76,23 @@ impl PathProblem {
         let (tool, columns) = jacobian::<C>(&self.robot, &q[..n]);
         // The directions that are left for a tool that turns about one alone do not turn with it.
         let turning = (self.task == self.asked && self.task.turns_with_free_motion()).then_some((self, i));
-        let constraint = self.task.constraint(&tool, &self.targets[i], self.length);
-        let factors = Orthogonal::new(&constraint.jacobian(&columns), n, self.task.dimension());
-        if factors.spread() < SINGULAR {
+        let ((task, target), free) = (self.wanted(i), self.freedoms_at(i) > 0);
+        let constraint = task.constraint(&tool, target, self.length);
+        let factors = Orthogonal::new(&constraint.jacobian(&columns), n, task.dimension());
+        // What is held has no free motion to be told, nor derivatives that count.
+        let held = !free && self.pins.at(i).is_some();
+        if !held && factors.spread() < SINGULAR {
             return None;
         }
         let objective = match &self.objective {
-            Some(objective) => objective.evaluate_at(&self.robot, &q[..n], &columns, Order::Hessian, false),
-            None => Evaluation::zero(),
+            Some(objective) if !held => objective.evaluate_at(&self.robot, &q[..n], &columns, Order::Hessian, false),
+            _ => Evaluation::zero(),
         };
         let finite = objective.gradient[..n].iter().chain(objective.hessian[..n].iter().flat_map(|row| &row[..n])).all(|x| x.is_finite());
         finite.then(|| Point {
             q: *q,
             objective,
-            basis: factors.null_space(),
+            basis: if held { [[0.0; C]; C] } else { factors.null_space() },
             pseudo_inverse: factors.pseudo_inverse(),
             jacobian: columns,
             constraint,

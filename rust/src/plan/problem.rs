@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use super::frames::{spin, spin_frames, tools, turned_about};
 use super::graph::Criterion;
 use super::joint_weights::JointWeights;
-use super::numbers::{mean_size, sum};
+use super::numbers::{mean_size, sum, to_one_digit};
 use super::path::{Orientation, Path, point_weights};
+use super::pins::{Fixed, Held, Pinned, Pins};
 use super::settings::{Aim, PlanSettings};
 use crate::error::{Error, Result};
 use crate::index::Objective;
@@ -75,6 +76,8 @@ pub struct PathProblem {
     pub length: f64,
     /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
     pub spin: Option<SpinRange>,
+    /// Postures and spins that are held.
+    pub pins: Pins,
 }
 
 /// The spin that a tool is allowed.
@@ -106,7 +109,9 @@ impl PathProblem {
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
+        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task };
         Ok(Self {
+            pins: Pins::new(&pinned, settings)?,
             task,
             asked,
             targets: targets.into(),
@@ -143,6 +148,15 @@ impl PathProblem {
         self.n() - self.task.dimension()
     }
 
+    /// Freedoms of one of its points.
+    pub(super) fn freedoms_at(&self, point: usize) -> usize {
+        match self.pins.at(point) {
+            None => self.freedoms(),
+            Some(Fixed { held: Held::Posture(_), .. }) => 0,
+            Some(pin) => self.n() - pin.task.dimension(),
+        }
+    }
+
     /// The pairs of neighbours.
     pub fn edges(&self) -> usize {
         self.points() - usize::from(self.turns.is_none())
@@ -156,10 +170,14 @@ impl PathProblem {
         let steps = &self.steps[first..first + count - 1];
         let total = if steps.is_empty() { 1.0 } else { sum(steps) };
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
+        let weight = self.weight_of_motion(self.values(q).into_iter());
+        // What is next to nothing must not hang on where a closed path starts: a digit of it is enough.
+        let weight = if turns.is_some() && self.smoothness.is_none() { to_one_digit(weight) } else { weight };
         Self {
             targets: self.targets[kept.clone()].into(),
             frames: self.frames[kept.clone()].into(),
-            smoothness: Some(self.weight_of_motion(self.values(q).into_iter())),
+            pins: self.pins.within(kept.clone()),
+            smoothness: Some(weight),
             weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
             steps: steps.into(),
             bounds: self.bounds[first * n..(first + count - 1) * n].into(),
@@ -173,6 +191,7 @@ impl PathProblem {
         Self {
             targets: self.targets[point..=point].into(),
             frames: self.frames[point..=point].into(),
+            pins: self.pins.within(point..point + 1),
             criterion: Criterion::Integral,
             smoothness: Some(0.0),
             weights: [1.0].into(),
@@ -262,6 +281,7 @@ impl PathProblem {
     }
 
     /// Values of the objective at postures; 0 without one.
+    #[inline(never)]
     pub(super) fn values(&self, q: &[f64]) -> Vec<f64> {
         let n = self.n();
         let mut values = vec![0.0; q.len() / n];
@@ -277,6 +297,7 @@ impl PathProblem {
     }
 
     /// Brings postures of the points from `first` on onto the path by Newton; tells of each whether it got there.
+    #[inline(never)]
     pub(super) fn restored(&self, first: usize, q: &mut [f64]) -> Vec<bool> {
         fn one<const C: usize>(problem: &PathProblem, point: usize, q: &mut [f64]) -> bool {
             problem.reach::<C>(point, q)
@@ -297,7 +318,7 @@ impl PathProblem {
             let mut there = [0.0; MAX_JOINTS];
             let there = &mut there[..n];
             there.copy_from_slice(row);
-            if self.limits && limits.settle(there) && *there != *row {
+            if self.limits && self.pins.posture(first + i).is_none() && limits.settle(there) && *there != *row {
                 let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
                 if norm(w).max(norm(v)) <= ON_PATH {
                     row.copy_from_slice(there);
@@ -325,9 +346,20 @@ impl PathProblem {
             && steps.into_iter().all(|((from, to), bound)| (to - from).abs() <= *bound)
     }
 
-    /// Brings a posture onto a target; whether it got there.
+    /// Brings a posture onto a target, or to what is held there; whether it got there.
     pub(super) fn reach<const C: usize>(&self, point: usize, q: &mut [f64]) -> bool {
-        reach_sized::<C>(&self.robot, None, &self.task, &self.targets[point], self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+        if let Some(held) = self.pins.posture(point) {
+            q.copy_from_slice(held);
+            return true;
+        }
+        let (task, target) = self.wanted(point);
+        reach_sized::<C>(&self.robot, None, task, target, self.length, q, RESTORED, RETURN_ITERATIONS).error <= ON_PATH
+    }
+
+    /// What is asked of the tool at a point.
+    #[inline]
+    pub(super) fn wanted(&self, point: usize) -> (&Task, &Target) {
+        self.pins.at(point).map_or((&self.task, &self.targets[point]), |pin| (&pin.task, &pin.target))
     }
 
     /// The spin at a point, within half a turn of the middle of its range; 0 where it has none.
@@ -343,6 +375,7 @@ impl PathProblem {
     }
 
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
+    #[inline(never)]
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
             let (w, v) = self.asked.error(tool, &Target { position: frame.origin, axis: None, frame: frame.axes });

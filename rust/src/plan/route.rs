@@ -1,10 +1,11 @@
 //! Routes whose joints stay within their limits however often they turn, and that close where the path does.
 
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 use super::closed::ClosedRoutes;
 use super::graph::{Blockage, Graph, Route, Search};
-use super::turns::{unwind, within_limits};
+use super::turns::{through, unwind, within_limits};
 use super::ways::ways;
 use crate::robot::Limits;
 
@@ -28,6 +29,8 @@ pub(super) struct RouteFinder<'a> {
     search: Search,
     limits: Option<&'a Limits>,
     closed: bool,
+    /// Layers and the postures that are held there, whole turns included.
+    held: Vec<(usize, &'a [f64])>,
     /// The graph as given, and with the turns of some joints.
     graphs: Vec<Searched<'a>>,
 }
@@ -57,7 +60,16 @@ impl<'a> Searched<'a> {
 impl<'a> RouteFinder<'a> {
     /// For one graph and one way to search it.
     pub fn new(graph: impl Into<Cow<'a, Graph>>, search: Search, limits: Option<&'a Limits>, closed: bool) -> Self {
-        Self { search, limits, closed, graphs: vec![Searched::new(graph.into(), None)] }
+        Self { search, limits, closed, held: Vec::new(), graphs: vec![Searched::new(graph.into(), None)] }
+    }
+
+    /// The same with postures held at some layers.
+    pub fn holding(mut self, held: Vec<(usize, &'a [f64])>) -> Self {
+        if !held.is_empty() {
+            let graph = self.graphs[0].graph.to_mut();
+            held.iter().for_each(|(layer, q)| graph.hold(*layer, q));
+        }
+        Self { held, ..self }
     }
 
     /// The best route for a slack, through all layers or as far as there is a way.
@@ -74,10 +86,17 @@ impl<'a> RouteFinder<'a> {
             let mut q = graph.postures(&route.cells);
             unwind(&mut q, n, &graph.wide);
             let blockage = (reached < graph.layers()).then(|| graph.blockage(&search, reached, &route.frontier)).flatten();
+            let held: Vec<(usize, &[f64])> = self.held.iter().filter(|(layer, _)| *layer < reached).copied().collect();
             // Without limits nothing holds a joint near 0 but this.
-            let fitted = within_limits(&mut q, n, &graph.wide, self.limits.unwrap_or(&Limits::none(n)));
-            match (fitted, self.limits) {
-                (Err(joint), Some(limits)) => at = self.turned(at, joint, limits),
+            let free = Limits::none(n);
+            let limits = self.limits.unwrap_or(&free);
+            let fitted = if held.is_empty() {
+                within_limits(&mut q, n, &graph.wide, limits)
+            } else {
+                through(&mut q, n, &graph.wide, limits, &held)
+            };
+            match fitted {
+                Err(joint) if self.limits.is_some() || !held.is_empty() => at = self.turned(at, joint),
                 _ => {
                     let copies = graph.copies / self.graphs[0].graph.copies;
                     let cells = route.cells.iter().map(|cell| cell / copies).collect();
@@ -111,9 +130,16 @@ impl<'a> RouteFinder<'a> {
     }
 
     /// A graph with the turns of one joint more.
-    fn turned(&mut self, from: usize, joint: usize, limits: &Limits) -> usize {
+    fn turned(&mut self, from: usize, joint: usize) -> usize {
         self.graphs.iter().position(|known| known.from == Some((from, joint))).unwrap_or_else(|| {
-            let graph = self.graphs[from].graph.with_turns(joint, limits.q_min[joint], limits.q_max[joint]);
+            let held = self.held.iter().map(|(_, q)| q[joint]);
+            let (low, high) = match self.limits {
+                Some(limits) => (limits.q_min[joint], limits.q_max[joint]),
+                // A turn to either side of what is held is enough.
+                None => held.fold((0.0, 0.0), |(low, high): (f64, f64), x| (low.min(x - TAU), high.max(x + TAU))),
+            };
+            let mut graph = self.graphs[from].graph.with_turns(joint, low, high);
+            self.held.iter().for_each(|(layer, q)| graph.hold(*layer, q));
             self.graphs.push(Searched::new(Cow::Owned(graph), Some((from, joint))));
             self.graphs.len() - 1
         })

@@ -4,10 +4,13 @@ use std::f64::consts::PI;
 
 use super::joint_weights::JointWeights;
 use super::numbers::shown;
+use super::pins::Pin;
 use crate::error::{Error, Result};
 
 /// Searches at most where nothing is said and the grid is small.
 const EFFORT: usize = 2;
+/// How far a tool is lifted off where nothing is said \[m\].
+const LIFT_OFF: f64 = 0.05;
 
 /// What a plan is best in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,6 +80,16 @@ pub struct PlanSettings {
     pub effort: Option<usize>,
     /// Newton steps of the refinement at most.
     pub max_iterations: usize,
+    /// The posture in which the path begins [rad or m]; any if not given.
+    pub start: Option<Vec<f64>>,
+    /// The posture in which it ends.
+    pub end: Option<Vec<f64>>,
+    /// What is held at points between.
+    pub pins: Vec<Pin>,
+    /// Whether the path may be left and entered again in another posture where no single way exists.
+    pub reconfigurations: bool,
+    /// How far the tool is lifted off for that \[m\].
+    pub lift_off: f64,
 }
 
 impl Default for PlanSettings {
@@ -99,6 +112,11 @@ impl Default for PlanSettings {
             bound: None,
             effort: None,
             max_iterations: 200,
+            start: None,
+            end: None,
+            pins: Vec::new(),
+            reconfigurations: false,
+            lift_off: LIFT_OFF,
         }
     }
 }
@@ -125,6 +143,9 @@ impl PlanSettings {
         }
         if let Some(weights) = &self.joint_weights {
             JointWeights::check(weights)?;
+        }
+        if !(self.lift_off >= 0.0 && self.lift_off.is_finite()) {
+            return Err(Error::value("lift_off", shown(self.lift_off), "a length of at least 0 [m]"));
         }
         let step = self.max_spin_step;
         if !(step > 0.0 && step <= PI) {

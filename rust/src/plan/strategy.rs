@@ -54,6 +54,7 @@ pub(super) struct Searched {
 /// Finds routes through the path, over some points of it to begin with and as far as they lead, and refines them.
 pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, hooks: &mut Hooks) -> Result<Searched, PlanError> {
     let mut wanted: BTreeSet<usize> = first_points(problem, known.first_layers()).into_iter().collect();
+    wanted.extend(problem.pins.points());
     let mut found: Vec<Rivals> = Vec::new();
     for _ in 0..ROUNDS {
         let points: Vec<usize> = wanted.iter().copied().collect();
@@ -81,7 +82,7 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     if found.len() != 1 {
         out.ways.clear();
     }
-    if known.has_spare() {
+    if known.has_spare() && problem.pins.is_empty() {
         out.parts = or_followed(problem, known, out.parts, most, hooks)?;
     }
     Ok(out)
@@ -137,7 +138,14 @@ fn runs_length(known: &Layers, points: &[usize]) -> usize {
 }
 
 /// The rival routes of a run of points, or of its parts where there is no way from one to the next.
-fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bool, hooks: &mut Hooks) -> Result<Vec<Rivals>, PlanError> {
+#[inline(never)]
+pub(super) fn routes(
+    problem: &PathProblem,
+    known: &mut Layers,
+    points: &[usize],
+    whole: bool,
+    hooks: &mut Hooks,
+) -> Result<Vec<Rivals>, PlanError> {
     let closed = problem.closed && whole;
     let bounded = problem.is_bounded();
     let slacks = if problem.criterion == Criterion::Minimax { &SLACKS[..] } else { &[0.0] };
@@ -181,7 +189,7 @@ fn routes(problem: &PathProblem, known: &mut Layers, points: &[usize], whole: bo
     Ok(parts)
 }
 
-fn segment(points: &[usize], route: FoundRoute, way: usize) -> Segment {
+pub(super) fn segment(points: &[usize], route: FoundRoute, way: usize) -> Segment {
     Segment { points: points[..route.cells.len()].to_vec(), q: route.q, blocked: route.blockage, way }
 }
 
@@ -218,7 +226,8 @@ fn where_more_is_needed(
 }
 
 /// The points of a segment at which interpolation loses the path, its limits or what the caller allows.
-fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> Result<Vec<usize>, PlanError> {
+#[inline(never)]
+pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut Hooks) -> Result<Vec<usize>, PlanError> {
     let n = problem.n();
     let (first, q) = segment.spread(n);
     let mut restored = q.clone();

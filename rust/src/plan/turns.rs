@@ -1,6 +1,6 @@
 //! Whole turns of joints along a path.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use crate::robot::{AT_LIMIT, Limits};
 
@@ -29,6 +29,22 @@ pub fn within_limits(q: &mut [f64], n: usize, wide: &[bool], limits: &Limits) ->
         }
         let shift = TAU * ((middle - 0.5 * (low + high)) / TAU).round().max(least).min(most);
         q.iter_mut().skip(k).step_by(n).for_each(|x| *x = (*x + shift).max(limits.q_min[k]).min(limits.q_max[k]));
+    }
+    Ok(())
+}
+
+/// Shifts every wide joint by the whole turns that bring it to what is held in some rows. The first joint for which no turn does, or takes the rest beyond
+/// limits, is the error.
+pub fn through(q: &mut [f64], n: usize, wide: &[bool], limits: &Limits, held: &[(usize, &[f64])]) -> Result<(), usize> {
+    let Some((first, there)) = held.first() else { return Ok(()) };
+    for k in (0..n).filter(|&k| wide[k]) {
+        let shift = TAU * ((there[k] - q[first * n + k]) / TAU).round();
+        q.iter_mut().skip(k).step_by(n).for_each(|x| *x += shift);
+        let apart = held.iter().any(|(row, there)| (there[k] - q[row * n + k]).abs() > PI);
+        if apart || q.iter().skip(k).step_by(n).any(|x| !limits.admit(k, *x)) {
+            return Err(k);
+        }
+        q.iter_mut().skip(k).step_by(n).for_each(|x| *x = x.max(limits.q_min[k]).min(limits.q_max[k]));
     }
     Ok(())
 }

@@ -12,6 +12,7 @@ use super::postures::lands;
 use super::problem::{ON_PATH, PathProblem};
 use super::rivals::Way;
 use super::singular::Singularities;
+use super::transfer::Transfer;
 use crate::resolve::SolveStatus;
 
 /// A motion that exceeds its bound by less than this, relative, is at it: the refinement keeps to bounds to rounding.
@@ -52,6 +53,10 @@ pub struct Plan {
     pub ways: Vec<Way>,
     /// What else is worth saying, in words.
     pub notes: Vec<String>,
+    /// First and last point of every stretch that is followed without lifting off.
+    pub segments: Vec<(usize, usize)>,
+    /// The ways from one to the next, where the path was to be cut.
+    pub transfers: Vec<Transfer>,
 }
 
 impl Plan {
@@ -99,7 +104,7 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
     fill_gaps(problem, &mut q);
     let (position_error, axis_error) = problem.errors(&q);
     for i in 0..count {
-        if position_error[i].max(axis_error[i]) > ON_PATH {
+        if position_error[i].max(axis_error[i]) > problem.pins.tolerance(i) {
             (value[i], status[i]) = (f64::NAN, SolveStatus::Unreachable);
         }
     }
@@ -118,6 +123,8 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
         failure: None,
         ways: Vec::new(),
         notes: Vec::new(),
+        segments: parts.iter().map(|part| (part.first, part.first + part.len() - 1)).collect(),
+        transfers: Vec::new(),
         q,
         value,
         position_error,
@@ -126,7 +133,8 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
     };
     failures.extend(beyond);
     failures.extend(parts.iter().filter_map(|part| first_violation(problem, part.first..part.first + part.len(), &plan)).next());
-    plan.failure = first_failure(problem, known, parts, &plan, failures, hooks)?;
+    let failure = first_failure(problem, known, parts, &plan, failures, hooks)?;
+    plan.failure = failure.map(|failure| PlanFailure { pins: problem.pins.beside(failure.point), ..failure });
     Ok(plan)
 }
 

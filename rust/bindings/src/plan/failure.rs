@@ -1,6 +1,7 @@
 //! `redundancy.PlanFailure`.
 
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use redundancy::error::Error;
 use redundancy::plan::{FailedJoint, FailureCause, PlanFailure};
 
@@ -25,6 +26,8 @@ use crate::robot::PyRobot;
 ///     neither is meant.
 /// hint : str or None
 ///     What is known beside, and what would help, in words.
+/// pins : tuple of int
+///     The point itself if something is held there (``start``, ``end``, ``pins``), else the next points on either side at which something is.
 #[pyclass(name = "PlanFailure", frozen, eq, module = "redundancy._core")]
 #[derive(PartialEq)]
 pub struct PyPlanFailure {
@@ -40,7 +43,7 @@ impl From<PlanFailure> for PyPlanFailure {
 #[pymethods]
 impl PyPlanFailure {
     #[new]
-    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false, combination=None, hint=None))]
+    #[pyo3(signature = (point, cause, joint=None, excess=f64::NAN, slides=false, combination=None, hint=None, pins=None))]
     fn new(
         point: usize,
         cause: &str,
@@ -49,13 +52,14 @@ impl PyPlanFailure {
         slides: bool,
         combination: Option<String>,
         hint: Option<String>,
+        pins: Option<Vec<usize>>,
     ) -> PyResult<Self> {
         let known = FailureCause::ALL.into_iter().find(|known| known.name() == cause);
         let names = || FailureCause::ALL.map(|cause| format!("'{}'", cause.name())).join(", ");
         let cause = known.ok_or_else(|| Error::value("cause", format!("'{cause}'"), &format!("one of {}", names())))?;
         let number = if combination.is_some() { joint.or(Some(0)) } else { joint };
         let joint = number.map(|number| FailedJoint { number, slides, excess, combination });
-        Ok(PlanFailure { point, cause, joint, hint }.into())
+        Ok(PlanFailure { point, cause, joint, hint, pins: pins.unwrap_or_default() }.into())
     }
 
     /// First point that is not reached as it should be, counted from 0.
@@ -94,6 +98,12 @@ impl PyPlanFailure {
         self.failure.hint.as_deref()
     }
 
+    /// The points at which something is held that it hangs on.
+    #[getter]
+    fn pins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        Ok(PyTuple::new(py, &self.failure.pins)?)
+    }
+
     /// The failure in words, with the joint as ``robot.joint_label`` has it.
     fn told(&self, robot: &PyRobot) -> String {
         self.failure.told(&robot.robot)
@@ -107,9 +117,10 @@ impl PyPlanFailure {
         format!("PlanFailure({})", self.failure)
     }
 
-    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>, Option<&str>) {
+    fn __getnewargs__(&self) -> (usize, &'static str, Option<usize>, f64, bool, Option<&str>, Option<&str>, Vec<usize>) {
         let joint = self.failure.joint.as_ref();
         let slides = joint.is_some_and(|joint| joint.slides);
-        (self.point(), self.cause(), joint.map(|joint| joint.number), self.excess(), slides, self.combination(), self.hint())
+        let (number, pins) = (joint.map(|joint| joint.number), self.failure.pins.clone());
+        (self.point(), self.cause(), number, self.excess(), slides, self.combination(), self.hint(), pins)
     }
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use redundancy::error::Error;
-use redundancy::plan::{Hooks, Plan, Planner, Progress, WarmStart};
+use redundancy::plan::{Hooks, Plan, Planner, Progress, Transfer, WarmStart};
 
 use super::failure::PyPlanFailure;
 use super::path::{PyPath, rows_array};
@@ -39,6 +39,24 @@ pub struct PyPlannedPath {
     refined: bool,
     failure: Option<Py<PyPlanFailure>>,
     notes: Vec<String>,
+    segments: Vec<(usize, usize)>,
+    transfers: Vec<Py<PyPathTransfer>>,
+}
+
+/// From the end of a segment of a path to the start of the next, in numbers; `redundancy.Transfer` explains them.
+#[pyclass(name = "PathTransfer", frozen, get_all, module = "redundancy._core")]
+pub struct PyPathTransfer {
+    points: (usize, usize),
+    q: Py<PyArray2<f64>>,
+    lift: (f64, f64),
+    allowed: bool,
+}
+
+impl PyPathTransfer {
+    fn new(py: Python<'_>, transfer: &Transfer, n: usize) -> PyResult<Py<Self>> {
+        let q = rows_array(py, &transfer.q, n)?.unbind();
+        Ok(Py::new(py, Self { points: transfer.points, q, lift: transfer.lift, allowed: transfer.allowed })?)
+    }
 }
 
 impl PyPlannedPath {
@@ -59,6 +77,8 @@ impl PyPlannedPath {
             refined: plan.refined,
             failure: plan.failure.clone().map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
             notes: plan.notes.clone(),
+            segments: plan.segments.clone(),
+            transfers: plan.transfers.iter().map(|transfer| PyPathTransfer::new(py, transfer, n)).collect::<PyResult<_>>()?,
         })
     }
 }

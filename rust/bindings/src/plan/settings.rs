@@ -1,10 +1,12 @@
 //! `redundancy.planning.PlanSettings`.
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use redundancy::error::Error;
-use redundancy::plan::{Aim, PlanSettings};
+use redundancy::plan::{Aim, Held, Pin, PlanSettings};
 
-use crate::array::read_list;
+use crate::array::{read_list, vector};
 use crate::errors::PyResult;
 
 /// How a path is planned; as for `redundancy.plan`, which explains every setting. Angles in radians, joints counted from 0.
@@ -34,12 +36,28 @@ fn numbers(name: &str, given: Option<Vec<i64>>) -> PyResult<Option<Vec<usize>>> 
     read.map(Some).map_err(|_| Error::value(name, format!("{given:?}"), "numbers counted from 0").into())
 }
 
+/// Spins or postures by their points.
+fn read_pins(given: &Bound<'_, PyAny>) -> PyResult<Vec<Pin>> {
+    let wrong = |given: &Bound<'_, PyAny>| Error::value("pins", given, "points, counted from 0, with a spin [rad] or a posture each");
+    let mut pins = Vec::new();
+    for entry in given.call_method0("items").map_err(|_| wrong(given))?.try_iter()? {
+        let (point, held): (Bound<'_, PyAny>, Bound<'_, PyAny>) = entry?.extract()?;
+        let point = point.extract::<usize>().map_err(|_| wrong(given))?;
+        let held = match held.extract::<f64>() {
+            Ok(spin) => Held::Spin(spin),
+            Err(_) => Held::Posture(read_list(&format!("pins[{point}]"), &held)?),
+        };
+        pins.push(Pin { point, held });
+    }
+    Ok(pins)
+}
+
 #[pymethods]
 impl PyPlanSettings {
     #[new]
     #[pyo3(signature = (criterion=None, limits=None, *, smoothness=None, joint_weights=None, n_angles=None, layers=None, spin_range=None, max_spin_step=None,
         max_step=None, spare=None, n_spare=None, branches=None, branch_changes=None, closed=None, bound=None, effort=None,
-        max_iterations=None))]
+        max_iterations=None, start=None, end=None, pins=None, reconfigurations=None, lift_off=None))]
     fn new(
         criterion: Option<&str>,
         limits: Option<bool>,
@@ -58,6 +76,11 @@ impl PyPlanSettings {
         bound: Option<bool>,
         effort: Option<i64>,
         max_iterations: Option<i64>,
+        start: Option<&Bound<'_, PyAny>>,
+        end: Option<&Bound<'_, PyAny>>,
+        pins: Option<&Bound<'_, PyAny>>,
+        reconfigurations: Option<bool>,
+        lift_off: Option<f64>,
     ) -> PyResult<Self> {
         let default = PlanSettings::default();
         let settings = PlanSettings {
@@ -78,6 +101,11 @@ impl PyPlanSettings {
             bound,
             effort: effort.map(|effort| count("effort", Some(effort), 1)).transpose()?,
             max_iterations: count("max_iterations", max_iterations, default.max_iterations)?,
+            start: start.map(|q| read_list("start", q)).transpose()?,
+            end: end.map(|q| read_list("end", q)).transpose()?,
+            pins: pins.map_or(Ok(Vec::new()), read_pins)?,
+            reconfigurations: reconfigurations.unwrap_or(default.reconfigurations),
+            lift_off: lift_off.unwrap_or(default.lift_off),
         };
         settings.check()?;
         Ok(Self { settings })
@@ -188,6 +216,46 @@ impl PyPlanSettings {
     #[getter]
     fn max_iterations(&self) -> usize {
         self.settings.max_iterations
+    }
+
+    /// The posture in which the path begins [rad or m], shape (n,).
+    #[getter]
+    fn start<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.settings.start.as_ref().map(|q| vector(py, q))
+    }
+
+    /// The posture in which it ends [rad or m], shape (n,).
+    #[getter]
+    fn end<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.settings.end.as_ref().map(|q| vector(py, q))
+    }
+
+    /// Spins [rad] or postures [rad or m] that are held, by their points; None where none are.
+    #[getter]
+    fn pins<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        if self.settings.pins.is_empty() {
+            return Ok(None);
+        }
+        let pins = PyDict::new(py);
+        for pin in &self.settings.pins {
+            match &pin.held {
+                Held::Posture(q) => pins.set_item(pin.point, vector(py, q))?,
+                Held::Spin(spin) => pins.set_item(pin.point, spin)?,
+            }
+        }
+        Ok(Some(pins))
+    }
+
+    /// Whether the path may be left and entered again where no single way exists.
+    #[getter]
+    fn reconfigurations(&self) -> bool {
+        self.settings.reconfigurations
+    }
+
+    /// How far the tool is lifted off for that [m].
+    #[getter]
+    fn lift_off(&self) -> f64 {
+        self.settings.lift_off
     }
 
     fn __repr__(&self) -> String {
