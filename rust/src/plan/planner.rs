@@ -7,6 +7,7 @@ use super::diagnosis::explained;
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::Layers;
+use super::leaps::without_leaps;
 use super::led::or_led;
 use super::notes::notes;
 use super::part::{WarmStart, better_parts, worst};
@@ -151,6 +152,8 @@ impl Planner {
         }
         let parts = or_led(problem, &known, parts, settings.max_iterations, hooks)?;
         let parts = parts.into_iter().map(|part| polished(problem, part, hooks)).collect::<std::result::Result<Vec<_>, _>>()?;
+        let parts = parts.into_iter().map(|part| without_leaps(problem, &self.path, settings, part, hooks));
+        let parts = parts.collect::<std::result::Result<Vec<_>, _>>()?;
         let mut plan = assembled(problem, &mut known, &parts, hooks)?;
         if settings.reconfigurations
             && plan.failure.is_some()

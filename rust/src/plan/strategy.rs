@@ -13,6 +13,7 @@ use super::problem::PathProblem;
 use super::proof::{Better, better_way};
 use super::rivals::{Way, best_of};
 use super::route::FoundRoute;
+use super::through::{singular_way, with_singular_ends};
 use crate::robot::Joint;
 
 /// Times that points are added to the search.
@@ -77,7 +78,11 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     for rivals in &found {
         let (part, ways) = best_of(problem, known, rivals, most, hooks)?;
         out.ways = ways;
+        let part = with_singular_ends(problem, known, part, hooks)?;
         out.parts.push(blocked(problem, rivals, part, hooks));
+    }
+    if found.is_empty() {
+        out.parts.extend(singular_way(problem, known, most, hooks)?);
     }
     if found.len() != 1 {
         out.ways.clear();
