@@ -115,7 +115,7 @@ def turned_about_z(angle: float, frame: F64) -> F64:
 def test_a_path_that_ends_on_a_limit_is_planned(end: float, beyond: str | None) -> None:
     robot = rd.robots.get("abb_irb120")
     start = robot.fk(np.array([0.0, 0.3, -0.1, 0.0, 0.9, 0.0]))
-    frames = np.array([turned_about_z(a, start) for a in np.radians(np.linspace(0.0, end, 12))])
+    frames = np.array([turned_about_z(a, start) for a in np.radians(np.linspace(0.0, end, 24))])
     path = rd.Toolpath(frames[:, :3, 3], frames[:, :3, 2], rotation=frames[:, :3, :3])
     plan = rd.plan(robot, path, objective=rd.ConditionNumber(0.3), progress=False)
     if beyond is None:

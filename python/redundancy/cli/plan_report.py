@@ -93,7 +93,8 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
         rows["gap"] = f"{planned.gap:.1e}"
     units = {"R": "rad^2", "P": "m^2"}
     rows["motion"] = f"{planned.motion:.5f} {' + '.join(units[kind] for kind in units if kind in planned.robot.joints)}"
-    rows["optimum"] = "reached" if planned.refined else "best route of the grid"
+    compared = f", best of {len(planned.ways)} ways" if len(planned.ways) > 1 and np.isnan(planned.bound) else ""
+    rows["optimum"] = ("reached" if planned.refined else "best route of the grid") + compared
     return rows
 
 

@@ -4,7 +4,7 @@ from .._core import PlanFailure, PlanSettings
 from .map import Predicate, RedundancyMap, redundancy_map
 from .numbers import core_path
 from .plan import plan, plan_by
-from .result import Plan
+from .result import Plan, Way
 from .transfer import Transfer
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "Predicate",
     "RedundancyMap",
     "Transfer",
+    "Way",
     "core_path",
     "plan",
     "plan_by",

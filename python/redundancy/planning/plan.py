@@ -11,7 +11,7 @@ from .._util import progress_bar
 from ..paths import Toolpath, Trajectory
 from .map import Predicate
 from .numbers import core_path
-from .result import Plan
+from .result import Plan, Way
 from .transfer import Transfer
 
 SINGULAR = 1e12
@@ -276,6 +276,7 @@ def plan_by(
         failure=found.failure,
         refined=found.refined,
         notes=tuple(found.notes),
+        ways=tuple(Way(*way) for way in found.ways),
         segments=found.segments,
         transfers=[Transfer(robot, way.points, way.q, way.lift, way.allowed) for way in found.transfers],
     )

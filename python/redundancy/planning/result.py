@@ -1,6 +1,7 @@
 """What a plan is, and why it may not be whole."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,6 +10,27 @@ from .._util import F64
 from ..paths import Trajectory
 from .numbers import core_path
 from .transfer import Transfer
+
+
+class Way(NamedTuple):
+    """A way through the whole path that was compared: one on other branches, or on the other side of closed postures.
+
+    Attributes
+    ----------
+    value : float
+        What was minimised, at the points of the search: the worst value, or the integral with its share of the motion.
+    motion : float
+        Integral of the squared joint speed over the path's share [rad^2 or m^2].
+    largest_step : float
+        Largest motion of a turning joint from point to point [rad], evenly between the points of the search.
+    refined : bool
+        Whether it is an optimum; else as far as a few Newton steps went.
+    """
+
+    value: float
+    motion: float
+    largest_step: float
+    refined: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,6 +62,10 @@ class Plan(Trajectory):
         Why the plan is not whole; the points that are reached are the best that there are.
     refined : bool
         Whether the continuous optimum was reached; else the best route of the grid is what is returned.
+    ways : tuple of Way
+        The ways through the whole path that were compared, the best of each branch and of each side of closed or much
+        worse postures, the best first: the plan is best of these, and for "motion" and "integral" nothing more is
+        proven. Empty where the search found one way alone, or a grid of joints to spare is too large to part them.
     notes : tuple of str
         What else is worth saying, in words: that the way passes through a singularity, and where; that the value does
         not depend on the spin of the tool.
@@ -64,6 +90,7 @@ class Plan(Trajectory):
     failure: PlanFailure | None = None
     refined: bool = False
     notes: tuple[str, ...] = ()
+    ways: tuple[Way, ...] = ()
     segments: list[tuple[int, int]] = field(default_factory=list)
     transfers: list[Transfer] = field(default_factory=list)
 

@@ -72,6 +72,11 @@ impl<'a> RouteFinder<'a> {
         Self { held, ..self }
     }
 
+    /// How many steps from cell to cell a sweep looks at, at most.
+    pub fn steps(&self) -> usize {
+        self.graphs[0].graph.steps_of_sweep(&self.search)
+    }
+
     /// The best route for a slack, through all layers or as far as there is a way.
     pub fn find(&mut self, slack: f64) -> FoundRoute {
         let search = Search { slack, ..self.search };

@@ -30,6 +30,8 @@ const HASTES: [f64; 4] = [1.0, 2.0, 4.0, f64::INFINITY];
 /// Points between two of the search that are all added at once.
 const SMALL_GAP: usize = 8;
 
+/// A graph with more steps from cell to cell is searched for the best route alone.
+const LARGE: usize = 40_000_000;
 /// Ways that are refined beside the best route.
 const WAYS: usize = 8;
 
@@ -156,14 +158,15 @@ pub(super) fn routes(
     let slacks = if problem.criterion == Criterion::Minimax { &SLACKS[..] } else { &[0.0] };
     for haste in HASTES.into_iter().take(if bounded { HASTES.len() } else { 1 }) {
         let mut finder = known.finder(points, closed, haste, hooks)?;
+        let slacks = if finder.steps() > LARGE { &slacks[slacks.len() - 1..] } else { slacks };
         let first = finder.find(slacks[0]);
         if first.cells.len() < points.len() {
             continue;
         }
         let mut rivals = vec![first];
         rivals.extend(slacks[1..].iter().map(|slack| finder.find(*slack)));
-        let ways = finder.ways(WAYS);
-        if bounded && haste.is_finite() {
+        let ways = if finder.steps() > LARGE { Vec::new() } else { finder.ways(WAYS) };
+        if problem.timed && bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
             rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
         }

@@ -8,12 +8,10 @@ const LOOKED_AT: usize = 16;
 const CANDIDATES: usize = 96;
 /// Values this much above those at both sides, relative, part two ways.
 const RIDGE: f64 = 0.5;
-/// A graph with more edges is searched for the best route alone.
-const LARGE: usize = 40_000_000;
 
 /// The best route of every way, the cheapest first, `most` at most; only routes through all layers.
 pub(super) fn ways(graph: &Graph, search: &Search, most: usize) -> Vec<Route> {
-    if graph.steps_of_sweep(search) > LARGE || graph.layers() < 2 {
+    if graph.layers() < 2 {
         return Vec::new();
     }
     let (to, from) = (graph.labels(search, None, None), graph.reversed().labels(search, None, None));

@@ -39,6 +39,7 @@ pub struct PyPlannedPath {
     refined: bool,
     failure: Option<Py<PyPlanFailure>>,
     notes: Vec<String>,
+    ways: Vec<(f64, f64, f64, bool)>,
     segments: Vec<(usize, usize)>,
     transfers: Vec<Py<PyPathTransfer>>,
 }
@@ -77,6 +78,7 @@ impl PyPlannedPath {
             refined: plan.refined,
             failure: plan.failure.clone().map(|failure| Py::new(py, PyPlanFailure::from(failure))).transpose()?,
             notes: plan.notes.clone(),
+            ways: plan.ways.iter().map(|way| (way.value, way.motion, way.largest_step, way.refined)).collect(),
             segments: plan.segments.clone(),
             transfers: plan.transfers.iter().map(|transfer| PyPathTransfer::new(py, transfer, n)).collect::<PyResult<_>>()?,
         })
