@@ -1,6 +1,7 @@
 """The planner beside the grid search of evidence/planner: never worse, and smoother, on a few short paths."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -30,14 +31,18 @@ def test_a_plan_is_not_worse_than_a_grid_and_smoother(robot: str, name: str) -> 
 
 @pytest.mark.parametrize(("robot", "name"), NARROW, ids=lambda x: x)
 def test_further_searches_find_narrower_ways(robot: str, name: str) -> None:
-    assert verdicts(robot, name) == [("", True, True)] * 2
+    worst, mean = verdicts(robot, name)
+    assert worst == ("", True, True)
+    # The best mean may ask for a fast turn.
+    assert mean[:2] == ("", True)
 
 
-def test_one_search_alone_misses_a_narrow_way() -> None:
+@pytest.mark.parametrize("criterion", ["minimax", "integral"])
+def test_one_search_alone_misses_a_narrow_way(criterion: Literal["minimax", "integral"]) -> None:
     case = plan_cases.case("cylinder_outside", "abb_irb120")
     objective = rd.ConditionNumber(case.length)
-    once, again = (rd.plan(case.robot, case.path, objective=objective, effort=effort) for effort in (1, None))
-    assert again.value.max() < 0.9 * once.value.max()
+    once, again = (rd.plan(case.robot, case.path, None, objective, criterion, effort=effort) for effort in (1, None))
+    assert again.cost < 0.9 * once.cost
 
 
 def test_a_closed_grid_way_ends_where_it_starts() -> None:

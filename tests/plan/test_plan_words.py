@@ -320,7 +320,7 @@ def test_progress_moves_and_ends_with_the_work(settings: dict[str, Any], far: fl
     data = _core.PathData(path.position + np.array([far, 0.0, 0.0]), path.axis)
     task = rd.Task.axisymmetric()
     asked = _core.PlanSettings(settings.pop("criterion", "minimax"), **settings)
-    _core.plan_path(ROBOT, data, task, KAPPA, asked, None, None, told.append)
+    _core.plan_path(ROBOT, data, task, KAPPA, asked, progress=told.append)
     assert len(told) >= 2
     assert min(told) > 0.0
     assert sum(told) == pytest.approx(1.0, abs=1e-12)

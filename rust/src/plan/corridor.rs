@@ -50,18 +50,23 @@ fn priced(problem: &PathProblem, mut part: Part, hooks: &mut Hooks) -> Result<Pa
     asked.answer_if(1, &mut costs, hooks)?;
     part.motion = problem.motion_integral(part.first, &part.q);
     part.edge_cost = costs.iter().sum();
-    part.cost = match problem.criterion {
-        Criterion::Minimax => part.worst() + part.smoothness * (part.motion + part.edge_cost),
-        Criterion::Integral => {
-            let value: f64 = shares(problem, &part).0.iter().zip(&part.value).map(|(weight, value)| weight * value).sum();
-            value + part.smoothness * part.motion + part.edge_cost
-        }
-    };
+    part.cost = cost(problem, &part);
     if let (Some(step), None) = (costs.iter().position(|cost| cost.is_infinite()), &part.failure) {
         part.failure = Some(PlanFailure::at(part.first + step + 1, FailureCause::EdgeCost));
         part.refined = false;
     }
     Ok(part)
+}
+
+/// The cost of a part by its values, its motion and what its steps cost.
+pub(super) fn cost(problem: &PathProblem, part: &Part) -> f64 {
+    match problem.criterion {
+        Criterion::Minimax => part.worst() + part.smoothness * (part.motion + part.edge_cost),
+        Criterion::Integral => {
+            let value: f64 = shares(problem, part).0.iter().zip(&part.value).map(|(weight, value)| weight * value).sum();
+            value + part.smoothness * part.motion + part.edge_cost
+        }
+    }
 }
 
 /// What each point of a part stands for, and each of its steps.

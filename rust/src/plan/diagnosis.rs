@@ -217,10 +217,10 @@ fn any_turns(robot: &Robot) -> Robot {
     robot.with_limits(limits).unwrap_or_else(|_| robot.clone())
 }
 
-/// A step that is too large by `max_step`, if that is less than what the speed of the joint allows.
+/// A step that is too large by `max_step`, if that and not the speed of the joint is what bounds it.
 fn by_its_bound(problem: &PathProblem, settings: &PlanSettings, failure: &PlanFailure) -> PlanFailure {
     let by_step = match (&failure.joint, settings.max_step) {
-        (Some(joint), Some(step)) if failure.point > 0 => step < problem.bounds[(failure.point - 1) * problem.n() + joint.number],
+        (Some(joint), Some(step)) if failure.point > 0 => step <= problem.bounds[(failure.point - 1) * problem.n() + joint.number],
         _ => false,
     };
     let cause = if by_step && failure.cause == FailureCause::SpeedLimit { FailureCause::StepLimit } else { failure.cause };

@@ -318,6 +318,22 @@ impl<'a> Layers<'a> {
         graph
     }
 
+    /// The mean of the best cells of the points that are known, weighed as the points that are nearest to each stand for.
+    pub fn mean_of_best(&self, weights: &[f64]) -> f64 {
+        let mut points: Vec<usize> = self.order.iter().copied().filter(|point| self.is_open(*point)).collect();
+        points.sort_unstable();
+        let best = |point: &usize| self.cells[point].value.iter().fold(f64::INFINITY, |least, value| least.min(*value));
+        let (mut mean, mut nearest) = (0.0, points.iter().map(|point| (*point, best(point))).peekable());
+        let Some(mut here) = nearest.next() else { return f64::NEG_INFINITY };
+        for (i, weight) in weights.iter().enumerate() {
+            while let Some(next) = nearest.next_if(|next| next.0.abs_diff(i) < here.0.abs_diff(i)) {
+                here = next;
+            }
+            mean += weight * here.1;
+        }
+        mean
+    }
+
     /// The `count` known points whose best posture is worst, the worst first: no path passes below them.
     pub fn hardest(&self, count: usize) -> Vec<usize> {
         let best = |point: &usize| self.cells[point].value.iter().fold(f64::INFINITY, |least, value| least.min(*value));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::constraints::{Constraint, Kind};
-use super::corridor::weighed;
+use super::corridor::{cost, weighed};
 use super::failure::{FailedJoint, FailureCause, Limited, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
@@ -11,6 +11,7 @@ use super::numbers::{interpolated, mean_size};
 use super::path::Path;
 use super::problem::{ON_PATH, PathProblem};
 use super::refine::{RefineStatus, refine};
+use super::verdict::violation;
 use crate::error::Error;
 use crate::robot::Joint;
 
@@ -28,6 +29,8 @@ const STEADY: f64 = 1e-3;
 const CLOSES: f64 = 1e-6;
 /// Share of the largest step below which a route is refined without it.
 const SLOW: f64 = 0.8;
+/// Halvings of the way to an optimum that the caller refuses.
+const HALVINGS: usize = 6;
 
 /// What is known of a stretch of the path.
 #[derive(Debug, Clone)]
@@ -163,11 +166,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         rows.extend(last);
         value.push(value[0]);
     }
-    let usable = found.status != RefineStatus::Singular && hooks.all_allowed(&rows, n)?;
-    if !usable {
-        value = problem.values(&start);
-        rows = start;
-    }
+    let allowed = hooks.all_allowed(&rows, n)?;
     problem.settle(first, &mut rows);
     if let Some(turns) = &stretch.turns {
         let end = (count - 1) * n;
@@ -175,18 +174,52 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         (0..n).filter(|_| closes).for_each(|k| rows[end + k] = rows[k] + turns[k]);
     }
     let tightest = found.tightest.filter(|_| found.status == RefineStatus::Infeasible);
-    Ok(Part {
+    let mut part = Part {
         first,
         cost: found.cost,
         motion: problem.motion_integral(first, &rows),
         edge_cost: 0.0,
         residual: found.residual,
         smoothness: stretch.smoothness(),
-        refined: usable && found.status == RefineStatus::Converged,
+        refined: allowed && found.status == RefineStatus::Converged,
         failure: tightest.map(|constraint| failure(problem, first, &rows, &constraint)),
         q: rows,
         value,
-    })
+    };
+    if found.status == RefineStatus::Singular {
+        part = Part { value: problem.values(&start), motion: problem.motion_integral(first, &start), q: start, ..part };
+    } else if !allowed {
+        part = as_far_as_allowed(problem, &start, part, hooks)?;
+    }
+    Ok(part)
+}
+
+/// The postures on the way from those at the `start` to those of a part that the caller refuses, as far as all are allowed; the start, with what is wrong
+/// with it, where it is refused itself.
+fn as_far_as_allowed(problem: &PathProblem, start: &[f64], part: Part, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let (n, first) = (problem.n(), part.first);
+    let mut kept = start.to_vec();
+    problem.settle(first, &mut kept);
+    let mut wrong = violation(problem, first, &kept, &|_| true);
+    if let Some(allowed) = hooks.allowed(&kept, n)? {
+        let refused = allowed.iter().position(|allowed| !allowed).map(|i| PlanFailure::at(first + i, FailureCause::Predicate));
+        wrong = [refused, wrong].into_iter().flatten().min_by_key(|failure| failure.point);
+    }
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..if wrong.is_none() { HALVINGS } else { 0 } {
+        let middle = 0.5 * (low + high);
+        let mut rows: Vec<f64> = start.iter().zip(&part.q).map(|(from, to)| from + middle * (to - from)).collect();
+        let reached = problem.restored(first, &mut rows).into_iter().all(|reached| reached);
+        problem.settle(first, &mut rows);
+        if reached && problem.holds(first, &rows) && hooks.all_allowed(&rows, n)? {
+            (low, kept) = (middle, rows);
+        } else {
+            high = middle;
+        }
+    }
+    let (value, motion) = (problem.values(&kept), problem.motion_integral(first, &kept));
+    let part = Part { q: kept, value, motion, residual: f64::NAN, failure: wrong, ..part };
+    Ok(Part { cost: cost(problem, &part), ..part })
 }
 
 /// The best of several: whole before broken, then by cost; among equals refined first, then by motion.

@@ -145,7 +145,7 @@ impl Planner {
                 if settings.is_bounded() {
                     parts = improved(problem, &mut known, parts, settings.max_iterations, hooks)?;
                 }
-                if !is_worth_more(problem, &known, &parts) {
+                if !is_worth_more(problem, &mut known, &parts, hooks)? {
                     break;
                 }
             }

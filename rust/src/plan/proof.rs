@@ -28,10 +28,17 @@ pub(super) fn is_proven_at(
     let Some(worst) = first_largest(&part.value).filter(|_| bounded) else { return Ok(false) };
     let n = problem.n();
     let mut bound = known.least_beside(kept[worst], &part.q[worst * n..(worst + 1) * n], hooks)?;
+    bound = bound.max(least_of_hardest(known, hooks)?);
+    Ok(part.is_at(bound))
+}
+
+/// The largest of the least values at those points of the search whose best cell is worst.
+pub(super) fn least_of_hardest(known: &mut Layers, hooks: &mut Hooks) -> Result<f64, PlanError> {
+    let mut bound = f64::NEG_INFINITY;
     for point in known.hardest(POINTS) {
         bound = bound.max(known.least(point, hooks)?);
     }
-    Ok(part.is_at(bound))
+    Ok(bound)
 }
 
 /// What no path can do better than, for a plan with postures `q` and their values: for the worst value the least value at the worst point of the

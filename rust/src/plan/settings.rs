@@ -159,8 +159,8 @@ impl PlanSettings {
 
     /// Searches at most, for a robot with or without joints to spare.
     pub(super) fn searches(&self, spare: bool) -> usize {
-        // Grids with joints to spare are large, and only of a worst value is it known whether more can be gained.
-        self.effort.unwrap_or(if spare || self.criterion != Aim::Minimax { 1 } else { EFFORT })
+        // Grids with joints to spare are large, and of the motion alone it is not known whether more can be gained.
+        self.effort.unwrap_or(if spare || self.criterion == Aim::Motion { 1 } else { EFFORT })
     }
 
     /// Whether the plan is proven.

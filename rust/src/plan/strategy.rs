@@ -10,7 +10,7 @@ use super::layers::{Layers, Segment};
 use super::part::{Part, best_part};
 use super::points_of_search::first_points;
 use super::problem::PathProblem;
-use super::proof::{Better, better_way};
+use super::proof::{Better, better_way, least_of_hardest};
 use super::rivals::{Way, best_of};
 use super::route::FoundRoute;
 use super::through::{singular_way, with_singular_ends};
@@ -44,6 +44,8 @@ const IMPROVED: usize = 3;
 const GAIN: f64 = 1e-4;
 /// A worst value this near to its bound, relative, is worth no finer search.
 const GAP: f64 = 1e-3;
+/// A mean this near to that of the best cells, relative, is worth no finer search.
+const MEAN_GAP: f64 = 0.05;
 
 /// What a search finds.
 #[derive(Debug, Default)]
@@ -122,13 +124,15 @@ pub(super) fn improved(
     Ok(vec![part])
 }
 
-/// Whether a finer search may find a better path.
-pub(super) fn is_worth_more(problem: &PathProblem, known: &Layers, parts: &[Part]) -> bool {
-    match parts {
-        [part] if part.len() == problem.points() && part.is_optimum() && problem.criterion == Criterion::Minimax => {
-            !part.is_within(known.connected, GAP)
-        }
-        _ => true,
+/// Whether a finer search may find a better path. What no connected way is better than does not tell: a way may be narrower than a cell.
+pub(super) fn is_worth_more(problem: &PathProblem, known: &mut Layers, parts: &[Part], hooks: &mut Hooks) -> Result<bool, PlanError> {
+    let [part] = parts else { return Ok(true) };
+    if part.len() < problem.points() || !part.is_optimum() {
+        return Ok(true);
+    }
+    match problem.criterion {
+        Criterion::Minimax => Ok(!part.is_within(least_of_hardest(known, hooks)?, GAP)),
+        Criterion::Integral => Ok(problem.objective.is_some() && part.cost - known.mean_of_best(&problem.weights) > MEAN_GAP * part.cost.abs()),
     }
 }
 

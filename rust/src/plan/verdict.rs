@@ -190,19 +190,26 @@ fn infinite_values(problem: &PathProblem, q: &[f64], value: &mut [f64], status: 
 /// out of its range. What was refined keeps to both; what was not may not.
 fn first_violation(problem: &PathProblem, part: Range<usize>, plan: &Plan) -> Option<PlanFailure> {
     let n = problem.n();
-    let motion = |point: usize, k: usize| (plan.q[point * n + k] - plan.q[(point - 1) * n + k]).abs() / problem.bounds[(point - 1) * n + k];
+    violation(problem, part.start, &plan.q[part.start * n..part.end * n], &|point| is_reached(plan, point))
+}
+
+/// The same of postures of the points from `first` on, those that are reached.
+pub(super) fn violation(problem: &PathProblem, first: usize, q: &[f64], reached: &dyn Fn(usize) -> bool) -> Option<PlanFailure> {
+    let n = problem.n();
+    let posture = |point: usize| &q[(point - first) * n..(point - first + 1) * n];
     let too_far = |point: usize| {
-        let worst = (0..n).map(|k| (k, motion(point, k))).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-        let both = is_reached(plan, point - 1) && is_reached(plan, point);
-        (both && worst.1 > 1.0 + AT_BOUND).then(|| {
+        let bounds = &problem.bounds[(point - 1) * n..point * n];
+        let share = |k: usize| (k, (posture(point)[k] - posture(point - 1)[k]).abs() / bounds[k]);
+        let worst = (0..n).map(share).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        (reached(point - 1) && reached(point) && worst.1 > 1.0 + AT_BOUND).then(|| {
             let cause = if problem.timed { FailureCause::SpeedLimit } else { FailureCause::StepLimit };
             PlanFailure::new(point, cause, Limited::Joint(worst.0).failed(&problem.robot, worst.1))
         })
     };
-    let posture = |point: usize| &plan.q[point * n..(point + 1) * n];
-    let spun = |point: &usize| is_reached(plan, *point) && !problem.allows_spin(*point, posture(*point));
-    let spin = part.clone().find(spun).map(|point| PlanFailure::at(point, FailureCause::SpinRange));
-    let motion = part.skip(1).find_map(too_far);
+    let points = first..first + q.len() / n;
+    let spun = |point: &usize| reached(*point) && !problem.allows_spin(*point, posture(*point));
+    let spin = points.clone().find(spun).map(|point| PlanFailure::at(point, FailureCause::SpinRange));
+    let motion = points.skip(1).find_map(too_far);
     [motion, spin].into_iter().flatten().min_by_key(|failure| failure.point)
 }
 
