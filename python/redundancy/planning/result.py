@@ -126,6 +126,18 @@ class Plan(Trajectory):
         return q
 
     @property
+    def steps(self) -> F64:
+        """Motions of the joints from point to point [rad or m], shape (N - 1, n); 0 where one is not reached.
+
+        As for any trajectory, but behind a transfer from where that ends, and 0 where no segment leads on.
+        """
+        steps = super().steps
+        for (_, last), transfer in zip(self.segments[:-1], self.transfers, strict=False):
+            leads_on = transfer.points[1] == last
+            steps[last] = self.q[last + 1] - transfer.q[-1] if leads_on else 0.0
+        return steps
+
+    @property
     def joint_speed(self) -> F64 | None:
         """Mean joint speeds from each point to the next [rad/s or m/s], shape (N, n); None without times.
 
@@ -133,10 +145,7 @@ class Plan(Trajectory):
         """
         speed = super().joint_speed
         if speed is not None and self.time is not None and self.transfers:
-            for (_, last), transfer in zip(self.segments[:-1], self.transfers, strict=False):
-                start = transfer.points[1]
-                step = self.q[last + 1] - transfer.q[-1] if start == last else np.zeros(self.robot.n)
-                speed[last] = step / (self.time[last + 1] - self.time[last])
+            speed[:-1] = self.steps / np.diff(self.time)[:, None]
             speed[-1] = speed[-2]
         return speed
 
