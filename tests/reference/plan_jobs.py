@@ -54,7 +54,8 @@ class Job:
     def largest(self) -> F64:
         """Largest motions of the joints from each point to the next, shape (N - 1, n)."""
         count, n = len(self.path), self.robot.n
-        largest = np.full((count - 1, n), self.settings.get("max_step", STEP if self.path.time is None else np.inf))
+        turning = [STEP if joint == "R" and self.path.time is None else np.inf for joint in self.robot.joints]
+        largest = np.tile(self.settings.get("max_step", turning), (count - 1, 1)) * np.ones(n)
         if self.path.time is not None and self.settings.get("limits", True):
             largest = np.minimum(largest, np.diff(self.path.time)[:, None] * self.robot.qd_max)
         return largest

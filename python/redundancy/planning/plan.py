@@ -98,7 +98,8 @@ def plan(
         Largest change of the spin from one point of the search to the next [rad].
     max_step : float, optional
         Largest motion of any joint from point to point [rad or m], beside the speed limits of a path with times. If not
-        given, 0.5 where a path without times can keep to it.
+        given, 0.25 rad for joints that turn, on paths without times. Where no way keeps to it ``failure`` names the
+        first step that is larger.
     spare : tuple of int, optional
         Joints on the grid, counted from 0. If not given, those whose values tell most about a posture (by their share
         of the null space of the task), weighed against how hard the rest is to solve; where these lead to no whole
@@ -123,10 +124,9 @@ def plan(
     bound : bool, optional
         Whether to prove how good the plan is; done for "minimax" if not given.
     effort : int, optional
-        Searches at most; the best plan is kept, and one at its lower bound ends them. The second asks at every
-        point, up to 1000 and as far as joints can move by a spin of the grid from one to the next; each one after it
-        doubles the spins and the values of spare joints. If not given, 2 for "minimax", unless joints
-        are to spare or there is an ``edge_cost``; else 1.
+        Searches at most; the best plan is kept. Each one after the first doubles the spins and the values of spare
+        joints, where the least values of single points tell that something may be gained. If not given, 2; 1 for the
+        criterion "motion", with joints to spare or an ``edge_cost``.
     max_iterations : int
         Newton steps of the refinement at most.
     start, end : array_like, shape (n,), optional
@@ -163,8 +163,9 @@ def plan(
     Notes
     -----
     The share of the path is time where it has times, else length. The bound of a minimax plan is the least value at its
-    worst points: the best of the grid's postures there, each brought to its minimum by Newton. It is proven to the
-    resolution of that grid.
+    worst points, the best of the grid's postures there, each brought to its minimum by Newton; for arms whose branches
+    have names and no joint is to spare also the least bottleneck over connected ways. It is proven to the resolution of
+    the grid. At a singularity that cannot be avoided the value, and with it the bound, is infinite, and ``notes`` tell.
 
     Examples
     --------

@@ -53,8 +53,9 @@ class Plan(Trajectory):
     edge_cost : float
         What the user's ``edge_cost`` says of all steps from point to point together; 0 without one.
     bound : float
-        No path can do better than this (minimax: the least value at the worst point; integral: the integral of the
-        least values), to the resolution of the search; NaN where it was not asked for.
+        No path can do better than this (minimax: the least value at the worst point, and the least bottleneck over
+        connected ways; integral: the integral of the least values), to the resolution of the search; NaN where it was
+        not asked for.
     residual : float
         First-order residual: the largest slope of the Lagrangian along a free motion; NaN where an ``edge_cost``, which
         has no derivatives, changed the path.

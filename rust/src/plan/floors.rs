@@ -214,3 +214,77 @@ pub(super) fn least_between(v: [f64; 4]) -> f64 {
 fn beyond(before: f64, last: f64) -> f64 {
     if before.is_finite() { last - EDGE * (before - last).max(0.0) } else { last - 0.5 * last.abs() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// A smooth landscape over points and spins, of two branches, with a wall where it exceeds a height.
+    fn value(seed: f64, point: f64, spin: f64, branch: f64) -> f64 {
+        let wave = (spin + 0.13 * point * seed).sin() + 0.6 * (2.0 * spin - 0.21 * point + seed + branch).cos();
+        let value = 2.0 + wave + 0.3 * (0.4 * point + 3.0 * seed + branch).sin();
+        if value > 3.2 { f64::INFINITY } else { value }
+    }
+
+    /// The least bottleneck over a fine grid of spins: from a sample to the next at one point, or to the next point at one sample.
+    fn fine(seed: f64, points: usize, samples: usize, branch: f64) -> f64 {
+        let row =
+            |point: usize| (0..samples).map(|i| value(seed, point as f64, TAU * i as f64 / samples as f64, branch)).collect::<Vec<_>>();
+        let settle = |row: &[f64], cost: &mut [f64]| {
+            for step in 0..4 * samples {
+                let (i, j) = if step < 2 * samples {
+                    (step % samples, (step + 1) % samples)
+                } else {
+                    let k = samples - 1 - step % samples;
+                    (k, (k + samples - 1) % samples)
+                };
+                cost[j] = cost[j].min(cost[i].max(row[j]));
+            }
+        };
+        let mut cost = row(0);
+        for point in 1..points {
+            let next = row(point);
+            settle(&row(point - 1), &mut cost);
+            cost.iter_mut().zip(&next).for_each(|(cost, value)| *cost = cost.max(*value));
+            settle(&next, &mut cost);
+        }
+        cost.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn the_bottleneck_is_below_that_of_a_fine_grid_and_near_it() {
+        let (points, angles) = (9, 48);
+        let mut far = 0.0f64;
+        for k in 0..60 {
+            let seed = 0.37 * k as f64;
+            let mut floors = Floors::new(angles, 2, true, vec![0; points - 1]);
+            for point in 0..points {
+                let sample = |i: usize| value(seed, point as f64, TAU * (i / 2) as f64 / angles as f64, (i % 2) as f64);
+                floors.add(point, (0..2 * angles).map(sample).collect());
+            }
+            let least = fine(seed, points, 480, 0.0).min(fine(seed, points, 480, 1.0));
+            match floors.bottleneck() {
+                Some(found) => {
+                    assert!(found.value <= least + 1e-9, "{} above {least}", found.value);
+                    assert_eq!(found.way.len(), points);
+                    far = far.max((least - found.value) / least);
+                }
+                None => assert!(least.is_infinite()),
+            }
+        }
+        assert!(far < 0.05, "{far}");
+    }
+
+    #[test]
+    fn a_minimum_between_samples_is_no_higher_than_told() {
+        for k in 0..200 {
+            let place = 0.005 * k as f64;
+            let v = [-1.0, 0.0, 1.0, 2.0].map(|x: f64| 1.0 + (x - place).powi(2));
+            assert!(least_between(v) <= 1.0 + 1e-12);
+            assert!(least_between(v) > 0.2);
+        }
+        assert_eq!(least_between([f64::INFINITY; 4]), f64::INFINITY);
+        assert_eq!(least_between([3.0, 2.0, 1.0, 0.5]), 1.0);
+    }
+}

@@ -11,7 +11,7 @@ use super::part::{Part, best_part, first_part, next_part, refined_part};
 use super::problem::PathProblem;
 use super::proof::is_proven_at;
 
-/// A path with more points is refined at some of them first.
+/// A path with more than twice as many points is refined at some of them first.
 const FEW: usize = 96;
 /// Refined routes that are carried over to the whole path before the best of these has to do.
 const CARRIED: usize = 2;
@@ -110,7 +110,7 @@ fn denser(kept: &[usize]) -> Vec<usize> {
 fn some_points(first: usize, last: usize, points: &[usize]) -> Vec<usize> {
     let count = last + 1 - first;
     let mut kept: BTreeSet<usize> = points.iter().copied().collect();
-    if count <= FEW.max(2 * points.len()) {
+    if count <= 2 * FEW.max(points.len()) {
         return (first..=last).collect();
     }
     let stride = count.div_ceil(FEW);

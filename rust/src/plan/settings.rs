@@ -62,7 +62,7 @@ pub struct PlanSettings {
     pub spin_range: Option<(f64, f64)>,
     /// Largest change of the spin from one point of the search to the next \[rad\].
     pub max_spin_step: f64,
-    /// Largest motion of any joint from point to point [rad or m]; chosen if not given.
+    /// Largest motion of any joint from point to point [rad or m]; 0.25 rad for turning joints of paths without times if not given.
     pub max_step: Option<f64>,
     /// Joints on the grid; chosen if not given.
     pub spare: Option<Vec<usize>>,

@@ -132,7 +132,9 @@ pub(super) fn is_worth_more(problem: &PathProblem, known: &mut Layers, parts: &[
     }
     match problem.criterion {
         Criterion::Minimax => Ok(!part.is_within(least_of_hardest(known, hooks)?, GAP)),
-        Criterion::Integral => Ok(problem.objective.is_some() && part.cost - known.mean_of_best(&problem.weights) > MEAN_GAP * part.cost.abs()),
+        Criterion::Integral => {
+            Ok(problem.objective.is_some() && part.cost - known.mean_of_best(&problem.weights) > MEAN_GAP * part.cost.abs())
+        }
     }
 }
 
