@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::corridor::weighed;
+use super::failure::{FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
 use super::numbers::interpolated;
-use super::part::{Part, best_part, first_part, next_part, refined_part};
+use super::part::{Part, best_part, calmed_part, first_part, next_part, refined_part};
 use super::problem::PathProblem;
 use super::proof::is_proven_at;
 
@@ -63,6 +64,12 @@ pub(super) fn best_of(
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
         tried.push(Tried { part, way: segment.way, rival });
     }
+    if !tried.iter().any(|tried| tried.part.failure.is_none()) && too_large(&tried) {
+        for (rival, segment) in rivals.iter().enumerate() {
+            let part = calmed_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
+            tried.push(Tried { part, way: segment.way, rival });
+        }
+    }
     let ways = ways(problem, &kept, &tried);
     let mut carried: Vec<Part> = Vec::new();
     let all: Vec<usize> = (first..=last).collect();
@@ -75,6 +82,10 @@ pub(super) fn best_of(
             let route = rivals[rival].at(&all, n);
             let again = weighed(problem, refined_part(problem, first, &route, most, hooks)?, &route, hooks)?;
             part = best_part(problem.criterion, vec![part, again]);
+            if part.failure.is_some() {
+                let again = weighed(problem, calmed_part(problem, first, &route, most, hooks)?, &route, hooks)?;
+                part = best_part(problem.criterion, vec![part, again]);
+            }
         }
         let done = part.is_optimum();
         carried.push(part);
@@ -83,6 +94,12 @@ pub(super) fn best_of(
         }
     }
     Ok((best_part(problem.criterion, carried), ways))
+}
+
+/// Whether steps are too large in all.
+fn too_large(tried: &[Tried]) -> bool {
+    let of_motion = |failure: &PlanFailure| matches!(failure.cause, FailureCause::SpeedLimit | FailureCause::StepLimit);
+    tried.iter().all(|tried| tried.part.failure.as_ref().is_some_and(of_motion))
 }
 
 /// Which of some is the best.
