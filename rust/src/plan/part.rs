@@ -105,6 +105,12 @@ pub(super) fn next_part(problem: &PathProblem, first: usize, q: &[f64], most: us
     if part.is_optimum() { Ok(part) } else { refined_part(problem, first, q, most, hooks) }
 }
 
+/// Refines postures that are far from keeping to the largest steps, by way of the motion that is least beside these.
+pub(super) fn calmed_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {
+    let calm = refined_once(&problem.calm(), first, q, most, hooks)?;
+    refined_once(problem, first, if calm.failure.is_none() { &calm.q } else { q }, most, hooks)
+}
+
 /// Refines postures with a few steps only. A worst value that creeps is tried again from the optimum of the mean, which is next to it and
 /// reached at once.
 fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks: &mut Hooks) -> Result<Part, PlanError> {

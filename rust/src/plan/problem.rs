@@ -34,6 +34,8 @@ const RESTORED: f64 = 1e-12;
 const RETURN_ITERATIONS: usize = 12;
 /// Weight of the integral of the squared joint speed where none is given, relative to the value: for the worst one, and for the mean.
 const GENTLE: (f64, f64) = (1e-7, 1e-5);
+/// Least weight of a joint in the motion where those count that may move little.
+const LIGHT: f64 = 1e-3;
 /// Rounding of the times of a path must not carry a joint beyond its speed.
 const BELOW_SPEED: f64 = 1.0 - 1e-9;
 
@@ -238,6 +240,17 @@ impl PathProblem {
     /// The same problem with any motion from point to point.
     pub(super) fn without_steps(&self) -> Self {
         Self { bounds: vec![f64::INFINITY; self.bounds.len()].into(), ..self.clone() }
+    }
+
+    /// The same problem of the motion alone, each joint weighed by how little it may move, with any motion from point to point.
+    pub(super) fn calm(&self) -> Self {
+        let n = self.n();
+        let least = |k: usize| self.bounds.iter().skip(k).step_by(n).fold(f64::INFINITY, |least, bound| least.min(*bound));
+        let slowest = (0..n).map(least).fold(f64::INFINITY, f64::min);
+        let weight = |k: usize| (slowest / least(k)).powi(2).max(LIGHT);
+        let weights: Vec<f64> = (0..n).map(weight).collect();
+        let joint_weights = JointWeights::new(n, Some(&weights)).unwrap_or_else(|_| self.joint_weights.clone());
+        Self { objective: None, criterion: Criterion::Integral, smoothness: Some(1.0), joint_weights, ..self.without_steps() }
     }
 
     /// Whether anything bounds the motion from point to point.

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::corridor::weighed;
+use super::failure::{FailureCause, PlanFailure};
 use super::graph::Criterion;
 use super::hooks::{Hooks, PlanError};
 use super::layers::{Layers, Segment};
 use super::numbers::interpolated;
-use super::part::{Part, best_part, first_part, next_part, refined_part};
+use super::part::{Part, best_part, calmed_part, first_part, next_part, refined_part};
 use super::problem::PathProblem;
 use super::proof::is_proven_at;
 
@@ -35,6 +36,8 @@ pub struct Way {
 struct Tried {
     part: Part,
     way: usize,
+    /// Which of the rivals it is.
+    rival: usize,
 }
 
 /// The best of rival routes of a stretch, refined, and the ways that were compared.
@@ -51,7 +54,7 @@ pub(super) fn best_of(
     let thin = problem.thinned(&kept);
     let mut tried: Vec<Tried> = Vec::new();
     let mut proven = false;
-    for segment in rivals {
+    for (rival, segment) in rivals.iter().enumerate() {
         // Once one is proven to be the best, one of every other way is looked at.
         if proven && tried.iter().any(|other| other.way == segment.way) {
             continue;
@@ -59,17 +62,31 @@ pub(super) fn best_of(
         let route = segment.at(&kept, n);
         let part = weighed(&thin, first_part(&thin, 0, &route, most, hooks)?, &route, hooks)?;
         proven = proven || (rivals.len() > 1 && is_proven_at(problem, known, &kept, &part, hooks)?);
-        tried.push(Tried { part, way: segment.way });
+        tried.push(Tried { part, way: segment.way, rival });
+    }
+    if !tried.iter().any(|tried| tried.part.failure.is_none()) && too_large(&tried) {
+        for (rival, segment) in rivals.iter().enumerate() {
+            let part = calmed_part(&thin, 0, &segment.at(&kept, n), most, hooks)?;
+            tried.push(Tried { part, way: segment.way, rival });
+        }
     }
     let ways = ways(problem, &kept, &tried);
-    let mut parts: Vec<Part> = tried.into_iter().map(|tried| tried.part).collect();
     let mut carried: Vec<Part> = Vec::new();
     let all: Vec<usize> = (first..=last).collect();
-    while !parts.is_empty() && carried.len() < CARRIED {
-        let best = best_part(problem.criterion, parts.clone());
-        parts.retain(|part| part.q != best.q);
+    while !tried.is_empty() && carried.len() < CARRIED {
+        let Tried { part: best, rival, .. } = tried.swap_remove(best_of_tried(problem, &tried));
         let route = at(&kept, &best.q, &all, n);
-        let part = weighed(problem, carried_over(problem, &kept, best, most, hooks)?, &route, hooks)?;
+        let mut part = weighed(problem, carried_over(problem, &kept, best, most, hooks)?, &route, hooks)?;
+        if part.failure.is_some() && kept.len() < all.len() {
+            // At some points alone a way may be on limits that leave none at the others: the route itself is a start that is not on them.
+            let route = rivals[rival].at(&all, n);
+            let again = weighed(problem, refined_part(problem, first, &route, most, hooks)?, &route, hooks)?;
+            part = best_part(problem.criterion, vec![part, again]);
+            if part.failure.is_some() {
+                let again = weighed(problem, calmed_part(problem, first, &route, most, hooks)?, &route, hooks)?;
+                part = best_part(problem.criterion, vec![part, again]);
+            }
+        }
         let done = part.is_optimum();
         carried.push(part);
         if done {
@@ -77,6 +94,18 @@ pub(super) fn best_of(
         }
     }
     Ok((best_part(problem.criterion, carried), ways))
+}
+
+/// Whether steps are too large in all.
+fn too_large(tried: &[Tried]) -> bool {
+    let of_motion = |failure: &PlanFailure| matches!(failure.cause, FailureCause::SpeedLimit | FailureCause::StepLimit);
+    tried.iter().all(|tried| tried.part.failure.as_ref().is_some_and(of_motion))
+}
+
+/// Which of some is the best.
+fn best_of_tried(problem: &PathProblem, tried: &[Tried]) -> usize {
+    let best = best_part(problem.criterion, tried.iter().map(|tried| tried.part.clone()).collect());
+    tried.iter().position(|tried| tried.part.q == best.q).unwrap_or(0)
 }
 
 /// A part at some points of a stretch, carried over to all of them: to more and more, each time from near its optimum.

@@ -80,7 +80,15 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     hooks.enter(Phase::Refine);
     let mut out = Searched::default();
     for rivals in &found {
-        let (part, ways) = best_of(problem, known, rivals, most, hooks)?;
+        let (mut part, mut ways) = best_of(problem, known, rivals, most, hooks)?;
+        if is_too_fast(&part) {
+            // On other ways the cells may only be further apart.
+            let others = other_ways(problem, known, rivals, hooks)?;
+            if !others.is_empty() {
+                let (other, beside) = best_of(problem, known, &others, most, hooks)?;
+                (part, ways) = (best_part(problem.criterion, vec![part, other]), if ways.is_empty() { beside } else { ways });
+            }
+        }
         out.ways = ways;
         let part = with_singular_ends(problem, known, part, hooks)?;
         out.parts.push(blocked(problem, rivals, part, hooks));
@@ -95,6 +103,19 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
         out.parts = or_followed(problem, known, out.parts, most, hooks)?;
     }
     Ok(out)
+}
+
+/// Whether a part is whole but for a step that is too large.
+fn is_too_fast(part: &Part) -> bool {
+    part.failure.as_ref().is_some_and(|failure| matches!(failure.cause, FailureCause::SpeedLimit | FailureCause::StepLimit))
+}
+
+/// The ways through the points of rival routes that lead all along them, whatever their steps.
+fn other_ways(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], hooks: &mut Hooks) -> Result<Rivals, PlanError> {
+    let points = &rivals[0].points;
+    let closed = problem.closed && points[0] == 0 && points[points.len() - 1] + 1 == problem.points();
+    let ways = known.finder(points, closed, f64::INFINITY, hooks)?.ways(WAYS);
+    Ok(ways.into_iter().zip(0..).map(|(route, way)| segment(points, route, way)).collect())
 }
 
 /// Better parts, along ways that the bound over connected ways leaves open.
