@@ -403,8 +403,8 @@ def test_page_shows_what_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(cli, "_can_draw", lambda: False)
     result = run(command, EXAMPLES / "helix_milling.toml", "--out", tmp_path / "out")
     printed = [row.rstrip() for row in result.stdout.splitlines()]
-    # Rounding is another from machine to machine.
-    rows = [row for row in shown[1].splitlines() if not re.search("gap|error", row)]
+    # Rounding is another from machine to machine, and the mean is what the worst value leaves over.
+    rows = [row for row in shown[1].splitlines() if not re.search("gap|error|mean", row)]
     assert len(rows) > 10
     for row in rows:
         assert row in printed

@@ -140,7 +140,7 @@ fn refined_once(problem: &PathProblem, first: usize, q: &[f64], most: usize, hoo
 }
 
 /// The largest motion between points as a share of what it may be.
-fn largest_share(problem: &PathProblem, first: usize, q: &[f64]) -> f64 {
+pub(super) fn largest_share(problem: &PathProblem, first: usize, q: &[f64]) -> f64 {
     let n = problem.n();
     let steps = q.iter().zip(&q[n..]).zip(&problem.bounds[first * n..]);
     steps.map(|((from, to), bound)| (to - from).abs() / bound).fold(0.0, f64::max)

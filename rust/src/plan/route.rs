@@ -4,10 +4,13 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use super::closed::ClosedRoutes;
-use super::graph::{Blockage, Graph, Route, Search};
+use super::graph::{Blockage, Criterion, Graph, Route, Search};
 use super::turns::{through, unwind, within_limits};
-use super::ways::ways;
+use super::ways::{spread, ways};
 use crate::robot::Limits;
+
+/// Weight of the motion beside which values do not count.
+const CALM: f64 = 1e6;
 
 /// A route as postures.
 #[derive(Debug, Clone)]
@@ -112,18 +115,28 @@ impl<'a> RouteFinder<'a> {
     }
 
     /// The best route of every way through all layers, `most` at most, the cheapest first; each fits within limits, and closes where the path does.
-    pub fn ways(&mut self, most: usize) -> Vec<FoundRoute> {
+    pub fn ways(&self, most: usize) -> Vec<FoundRoute> {
+        self.fitting(&self.search, |graph, search| ways(graph, search, most))
+    }
+
+    /// Routes of little motion, whatever the values: at `spins` spins of every branch.
+    pub fn calm(&self, spins: usize) -> Vec<FoundRoute> {
+        let search = Search { criterion: Criterion::Integral, smoothness: CALM, ..self.search };
+        self.fitting(&search, |graph, search| spread(graph, search, spins))
+    }
+
+    /// Those of some routes that fit within limits, and close where the path does.
+    fn fitting(&self, search: &Search, routes: impl Fn(&Graph, &Search) -> Vec<Route>) -> Vec<FoundRoute> {
         let graph = &self.graphs[0].graph;
         let last = graph.layers() - 1;
         let closing = |route: Route| {
             let mut ends = vec![false; graph.cells()];
             let seam = graph.seam(route.cells[0]);
             ends[seam * graph.copies..(seam + 1) * graph.copies].fill(true);
-            let route = graph.sweep(&self.search, Some(&ends), None);
+            let route = graph.sweep(search, Some(&ends), None);
             (route.cells.len() > last && route.cost.is_finite()).then_some(route)
         };
-        let routes = ways(graph, &self.search, most);
-        let routes = routes.into_iter().filter_map(|route| if self.closed { closing(route) } else { Some(route) });
+        let routes = routes(graph, search).into_iter().filter_map(|route| if self.closed { closing(route) } else { Some(route) });
         routes
             .filter_map(|route| {
                 let mut q = graph.postures(&route.cells);

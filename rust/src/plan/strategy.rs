@@ -7,7 +7,7 @@ use super::graph::Criterion;
 use super::greedy::or_followed;
 use super::hooks::{Hooks, Phase, PlanError};
 use super::layers::{Layers, Segment};
-use super::part::{Part, best_part};
+use super::part::{Part, best_part, largest_share};
 use super::points_of_search::first_points;
 use super::problem::PathProblem;
 use super::proof::{Better, better_way, least_of_hardest};
@@ -34,6 +34,8 @@ const SMALL_GAP: usize = 8;
 const LARGE: usize = 40_000_000;
 /// Ways that are refined beside the best route.
 const WAYS: usize = 8;
+/// Spins of every branch at which ways of little motion are looked for.
+const SPINS: usize = 12;
 
 /// Routes that start at the same point; each may lead to the best.
 pub(super) type Rivals = Vec<Segment>;
@@ -110,12 +112,23 @@ fn is_too_fast(part: &Part) -> bool {
     part.failure.as_ref().is_some_and(|failure| matches!(failure.cause, FailureCause::SpeedLimit | FailureCause::StepLimit))
 }
 
-/// The ways through the points of rival routes that lead all along them, whatever their steps.
+/// Routes of little motion through the points of rival routes, the calmest first.
 fn other_ways(problem: &PathProblem, known: &mut Layers, rivals: &[Segment], hooks: &mut Hooks) -> Result<Rivals, PlanError> {
     let points = &rivals[0].points;
     let closed = problem.closed && points[0] == 0 && points[points.len() - 1] + 1 == problem.points();
-    let ways = known.finder(points, closed, f64::INFINITY, hooks)?.ways(WAYS);
-    Ok(ways.into_iter().zip(0..).map(|(route, way)| segment(points, route, way)).collect())
+    let finder = known.finder(points, closed, f64::INFINITY, hooks)?;
+    let routes = if finder.steps() > LARGE { Vec::new() } else { finder.calm(SPINS) };
+    let mut found: Vec<(f64, Segment)> = Vec::new();
+    for (route, way) in routes.into_iter().zip(0..) {
+        let segment = segment(points, route, way);
+        if found.iter().all(|(_, other)| other.q != segment.q) {
+            let (first, q) = segment.spread(problem.n());
+            found.push((largest_share(problem, first, &q), segment));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.truncate(WAYS);
+    Ok(found.into_iter().map(|(_, segment)| segment).collect())
 }
 
 /// Better parts, along ways that the bound over connected ways leaves open.

@@ -31,6 +31,22 @@ pub(super) fn ways(graph: &Graph, search: &Search, most: usize) -> Vec<Route> {
     found
 }
 
+/// The best routes through cells of the middle layer, `spins` evenly on every branch; only routes through all layers.
+pub(super) fn spread(graph: &Graph, search: &Search, spins: usize) -> Vec<Route> {
+    if graph.layers() < 2 {
+        return Vec::new();
+    }
+    let (to, from) = (graph.labels(search, None, None), graph.reversed().labels(search, None, None));
+    let (layer, last) = (graph.layers() / 2, graph.layers() - 1);
+    if to.len() <= last || from.len() <= last {
+        return Vec::new();
+    }
+    let stride = (graph.cells() / graph.branches).div_ceil(spins);
+    let cells = (0..graph.cells()).filter(|cell| (cell / graph.branches).is_multiple_of(stride));
+    let open = cells.filter(|&cell| (to[layer].cost[cell] + from[last - layer].cost[cell]).is_finite());
+    open.map(|cell| Route { cells: through(&to, &from, layer, cell), cost: to[layer].cost[cell], frontier: Vec::new() }).collect()
+}
+
 /// Cells that are the best of their surroundings to pass through, with what the best route through them costs, the cheapest first.
 fn candidates(graph: &Graph, search: &Search, to: &[Labels], from: &[Labels]) -> Vec<(f64, usize, usize)> {
     let last = graph.layers() - 1;
