@@ -346,7 +346,7 @@ impl Lattice {
             let inverse = self.slices[cell / a].inverse.as_ref();
             inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
         };
-        let angle = |k: usize, j: usize| if k % 2 == 0 { j } else { a - 1 - j };
+        let angle = |k: usize, j: usize| if k.is_multiple_of(2) { j } else { a - 1 - j };
         let order: Vec<usize> = self.order.iter().enumerate().flat_map(|(k, slice)| (0..a).map(move |j| slice * a + angle(k, j))).collect();
         continued(&order, self.slices[0].moving.len(), &solve)
     }

@@ -118,7 +118,7 @@ impl<'a> RouteFinder<'a> {
                 let mut q = graph.postures(&route.cells);
                 unwind(&mut q, graph.n, &graph.wide);
                 let fitted = within_limits(&mut q, graph.n, &graph.wide, self.limits.unwrap_or(&Limits::none(graph.n)));
-                (fitted.is_ok() || self.limits.is_none()).then(|| FoundRoute { q, cells: route.cells, cost: route.cost, blockage: None })
+                (fitted.is_ok() || self.limits.is_none()).then_some(FoundRoute { q, cells: route.cells, cost: route.cost, blockage: None })
             })
             .collect()
     }
