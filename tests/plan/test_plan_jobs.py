@@ -13,7 +13,7 @@ SMALL = """
 """
 """Jobs that take some milliseconds each."""
 MENDED = "131 236 2077 2141 2360"
-"""Jobs that were said to have no way: what is best is refused by the caller, one way is too fast, a singularity is near."""
+"""Jobs that were said to have no way: the best one is refused by the caller, another is too fast, or singular."""
 
 
 @pytest.mark.parametrize("number", [int(number) for number in (SMALL + MENDED).split()])
