@@ -45,6 +45,16 @@ def test_one_search_alone_misses_a_narrow_way(criterion: Literal["minimax", "int
     assert again.cost < 0.9 * once.cost
 
 
+@pytest.mark.parametrize("criterion", ["minimax", "integral"])
+def test_a_way_at_the_speed_limits_at_some_points_has_to_be_one_at_all(
+    criterion: Literal["minimax", "integral"],
+) -> None:
+    case = plan_cases.case("dash", "abb_irb2400")
+    plan = rd.plan(case.robot, case.path, None, rd.ConditionNumber(case.length), criterion)
+    assert plan.failure is None
+    assert compare_plan.speed_share(case, plan.q) <= 1.0 + 1e-9
+
+
 def test_a_closed_grid_way_ends_where_it_starts() -> None:
     case = plan_cases.case("circle_tilted", "fanuc_m710ic50_milling")
     grid = make_grid(
