@@ -1,5 +1,7 @@
 """Steps from point to point: flips, leaps, singular points, the ways that are compared, and the bound over them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import redundancy as rd
@@ -34,7 +36,7 @@ def about_y(angle: float) -> F64:
 
 
 @pytest.mark.parametrize("settings", [{}, {"criterion": "motion"}, {"criterion": "integral"}, {"branch_changes": True}])
-def test_a_stretched_wrist_is_passed_without_a_flip(settings: dict[str, object]) -> None:
+def test_a_stretched_wrist_is_passed_without_a_flip(settings: dict[str, Any]) -> None:
     """By own kinematics 0.28 deg a point and 0.4746 rad^2 are enough; on one branch joint 4 jumps by 90 deg, twice."""
     robot, path = stretched(0.0, 101)
     plan = rd.plan(robot, path, objective=KAPPA, progress=False, **settings)
@@ -138,7 +140,7 @@ def test_ways_are_told_the_best_first(criterion: str) -> None:
     assert len(plan.ways) > 1
     values = [way.value for way in plan.ways]
     assert values == sorted(values)
-    assert all(way.motion > 0.0 and 0.0 < way.largest_step for way in plan.ways)
+    assert all(way.motion > 0.0 and way.largest_step > 0.0 for way in plan.ways)
     reached = plan.value.max() if criterion == "minimax" else plan.cost
     assert reached <= values[0] * (1.0 + 1e-2)
 

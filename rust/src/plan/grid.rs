@@ -256,16 +256,16 @@ mod tests {
     use super::*;
     use crate::robot::{Convention, DhTable};
 
-    fn planar(joints: usize) -> Robot {
+    fn planar(joints: usize) -> Result<Robot> {
         let zero = vec![0.0; joints];
         let table = DhTable { convention: Convention::Standard, a: vec![1.0; joints], d: zero.clone(), alpha: zero.clone(), theta: zero };
-        Robot::from_dh("planar", table, &"R".repeat(joints)).unwrap()
+        Robot::from_dh("planar", table, &"R".repeat(joints))
     }
 
     #[test]
-    fn neighbours_are_near_in_every_joint_and_go_round() {
+    fn neighbours_are_near_in_every_joint_and_go_round() -> Result<()> {
         let settings = PlanSettings { n_spare: Some(5), ..PlanSettings::default() };
-        let grid = SpareGrid::new(&planar(4), &Task::POSITION, &settings).unwrap();
+        let grid = SpareGrid::new(&planar(4)?, &Task::POSITION, &settings)?;
         assert_eq!((grid.joints.len(), grid.counts.clone(), grid.around.clone()), (2, vec![5, 5], vec![true, true]));
         let near = grid.neighbours();
         let mut first = near[0].clone();
@@ -274,13 +274,15 @@ mod tests {
         assert!(near.iter().all(|row| row.len() == 9));
         let order = grid.order();
         assert!(order.windows(2).all(|pair| (pair[0] / 5).abs_diff(pair[1] / 5) + (pair[0] % 5).abs_diff(pair[1] % 5) == 1));
+        Ok(())
     }
 
     #[test]
-    fn finer_grids_have_more_values_of_every_joint_but_not_without_end() {
-        let grid = SpareGrid::new(&planar(4), &Task::POSITION, &PlanSettings::default()).unwrap();
+    fn finer_grids_have_more_values_of_every_joint_but_not_without_end() -> Result<()> {
+        let grid = SpareGrid::new(&planar(4)?, &Task::POSITION, &PlanSettings::default())?;
         assert_eq!(grid.finer(2).counts, [48, 48]);
         assert_eq!(grid.finer(2).values.len(), 48 * 48);
         assert!(grid.finer(1000).values.len() <= MOST);
+        Ok(())
     }
 }
