@@ -16,6 +16,8 @@ use super::proof::is_proven_at;
 const FEW: usize = 96;
 /// Refined routes that are carried over to the whole path before the best of these has to do.
 const CARRIED: usize = 2;
+/// Values and motions this near to each other, relative, are those of one way.
+const SAME: f64 = 1e-6;
 /// How many times as many points follow each time that a part is carried over to more.
 const GROWTH: usize = 4;
 
@@ -169,5 +171,8 @@ fn ways(problem: &PathProblem, kept: &[usize], tried: &[Tried]) -> Vec<Way> {
         all.push(Way { value: value(&best), motion: best.motion, largest_step, refined: best.refined });
     }
     all.sort_by(|a, b| a.value.total_cmp(&b.value));
+    // Rivals of several ways may lead to one optimum.
+    let near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs();
+    all.dedup_by(|b, a| near(a.value, b.value) && near(a.motion, b.motion));
     all
 }
