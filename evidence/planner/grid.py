@@ -15,7 +15,7 @@ F64 = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
 SPINS: Final = 1440
-JUMP: Final = 0.5
+JUMP: Final = 0.25
 """Longest motion of a joint from point to point of a path without times [rad]."""
 LARGEST_WINDOW: Final = np.pi / 4.0
 """Largest change of the spin from point to point [rad]; less where the speed limits together allow no more."""
