@@ -9,18 +9,9 @@ from click.testing import CliRunner
 from redundancy.cli.commands import main
 from redundancy.planning import PlanSettings, core_path
 
-from tests.reference.chain import F64, Chain
+from tests.reference.chain import F64, PUMA
 from tests.reference.plans import KAPPA, ROBOT, check, circle, helix
 
-RIGHT = np.pi / 2
-PUMA = Chain(
-    np.array([0.0, 0.43, -0.02, 0.0, 0.0, 0.0]),
-    np.array([0.0, 0.15, 0.0, 0.43, 0.0, 0.1]),
-    np.array([-RIGHT, 0.0, RIGHT, -RIGHT, RIGHT, 0.0]),
-    np.zeros(6),
-    "RRRRRR",
-)
-"""Its forward kinematics are this file's own: products of matrices."""
 TURNING = PUMA.robot().with_limits(q_min=np.full(6, -8.0), q_max=np.full(6, 8.0), qd_max=np.full(6, 2.0))
 
 

@@ -109,6 +109,7 @@ def test_starts_near_limits(seed: int) -> None:
     criterion = ("minimax", "integral", "motion")[seed // 6 % 3]
     plan = rd.plan(robot, path, None, INDEX, criterion, n_angles=16, n_spare=8, effort=1, progress=False)
     check(plan)
+    assert plan.failure is not None or not plan.unreachable
 
 
 @pytest.mark.parametrize(("angles", "places"), [(4, 1), (1, 1), (2, 3), (12, 4)])

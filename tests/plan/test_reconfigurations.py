@@ -14,18 +14,10 @@ from redundancy.planning import core_path
 from rich.console import Console
 
 from evidence.planner import iklink
-from tests.reference.chain import F64, Chain
+from tests.reference.chain import F64, PUMA, RIGHT, Chain
 from tests.reference.plans import KAPPA, ROBOT, helix
 
-RIGHT = np.pi / 2
 STEP = 0.25
-PUMA = Chain(
-    np.array([0.0, 0.43, -0.02, 0.0, 0.0, 0.0]),
-    np.array([0.0, 0.15, 0.0, 0.43, 0.0, 0.1]),
-    np.array([-RIGHT, 0.0, RIGHT, -RIGHT, RIGHT, 0.0]),
-    np.zeros(6),
-    "RRRRRR",
-)
 ARM = PUMA.robot().with_limits(q_min=np.full(6, -3.0), q_max=np.full(6, 3.0), qd_max=np.full(6, 2.0))
 PANDA = Chain(
     np.array([0.0, 0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088]),

@@ -8,7 +8,7 @@ products (see `tests.reference.condition`).
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -146,3 +146,14 @@ def chains(draw: st.DrawFn, least: int = 1, most: int = 12, kinds: str = "RP") -
     theta = rng.uniform(-np.pi, np.pi, n)
     q = np.where([kind == "R" for kind in joints], rng.uniform(-np.pi, np.pi, n), rng.uniform(-0.5, 0.5, n))
     return Chain(sizes[0], sizes[1], alpha, theta, joints, convention, *frames), q
+
+
+RIGHT: Final = np.pi / 2
+PUMA = Chain(
+    np.array([0.0, 0.43, -0.02, 0.0, 0.0, 0.0]),
+    np.array([0.0, 0.15, 0.0, 0.43, 0.0, 0.1]),
+    np.array([-RIGHT, 0.0, RIGHT, -RIGHT, RIGHT, 0.0]),
+    np.zeros(6),
+    "RRRRRR",
+)
+"""An arm as the PUMA 560, in round figures [m]."""
