@@ -1,6 +1,7 @@
 """Random volumes, their members by definition, and the oracles of the source."""
 
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 import redundancy as rd
 from numpy.typing import NDArray
 from redundancy import quaternion
+from scipy.spatial.transform import Rotation
 
 F64 = NDArray[np.float64]
 Volume = rd.OrientationVolume
@@ -47,14 +49,21 @@ def random_range(rng: np.random.Generator) -> tuple[float, float] | None:
     return None if width is None else (low, low + width)
 
 
-def random_volume(rng: np.random.Generator, kind: str) -> Volume:
-    """Draw a volume of a kind; tilts are often small, and at times 0 or the largest allowed."""
+def random_volume(rng: np.random.Generator, kind: str, euler: bool = False) -> Volume:
+    """Draw a volume of a kind; tilts are often small, and at times 0 or the largest allowed.
+
+    Products have one to three rotations about any axes or, if asked, three about axes of the frame.
+    """
 
     def tilt(most: float) -> float:
         return float(rng.choice([rng.uniform(0.0, most), rng.uniform(0.0, 0.3), most, 0.0], p=[0.5, 0.4, 0.05, 0.05]))
 
     if kind == "product":
         free = (-np.pi, np.pi)
+        if euler:
+            names = [np.eye(3)[i] for i in rng.permutation(3)]
+            axes = [*names[:2], names[rng.choice([0, 2])]]
+            return Volume.product([(axis, *(random_range(rng) or free)) for axis in axes])
         axes: list[F64] = [
             rng.normal(size=3) if rng.random() < 0.5 else np.eye(3)[rng.integers(3)] for _ in range(rng.integers(1, 4))
         ]
@@ -73,49 +82,84 @@ def ends_too(rng: np.random.Generator, low: float, high: float, n: int) -> F64:
     return np.where(which < 0.15, low, np.where(which > 0.85, high, x))
 
 
-def members(rng: np.random.Generator, volume: Volume, n: int) -> F64:
-    """Return members as the definitions make them, in the volume's own frame."""
+def box(volume: Volume) -> list[tuple[float, float]]:
+    """Return the ranges of what its definition counts members by: angles, but of squares the sines of their shadow."""
+    spin = volume.spin or (-np.pi, np.pi)
     if volume.kind == "product":
-        made = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
-        for axis, low, high in volume.factors:
-            made = quaternion.product(made, quaternion.about(axis, ends_too(rng, low, high, n)))
-        return made
-    spun = quaternion.about(Z, ends_too(rng, *(volume.spin or (-np.pi, np.pi)), n))
+        return [(low, high) for _, low, high in volume.factors]
     if volume.kind == "cone":
-        tilt, heading = ends_too(rng, 0.0, volume.tilts[0], n), rng.uniform(-np.pi, np.pi, n)
+        return [(0.0, volume.tilts[0]), (-np.pi, np.pi), spin]
+    if volume.kind == "square":
+        about_x, about_y = np.sin(volume.tilts)
+        return [(-about_y, about_y), (-about_x, about_x), spin]
+    return [*((-tilt, tilt) for tilt in volume.tilts), spin]
+
+
+def made(volume: Volume, numbers: F64) -> F64:
+    """Return the members of such numbers, shape (N, k), in the volume's own frame."""
+    if volume.kind == "product":
+        turned = np.tile([1.0, 0.0, 0.0, 0.0], (len(numbers), 1))
+        for (axis, _, _), angle in zip(volume.factors, numbers.T, strict=True):
+            turned = quaternion.product(turned, quaternion.about(axis, angle))
+        return turned
+    first, second, spin = numbers.T
+    if volume.kind == "cone":
+        tilt, heading = first, second
     elif volume.kind == "square":
-        sines = np.sin(volume.tilts)
-        x, y = ends_too(rng, -sines[1], sines[1], n), ends_too(rng, -sines[0], sines[0], n)
-        tilt, heading = np.arcsin(np.minimum(np.hypot(x, y), 1.0)), np.arctan2(x, -y)
+        tilt, heading = np.arcsin(np.minimum(np.hypot(first, second), 1.0)), np.arctan2(first, -second)
     else:
-        a, b = (ends_too(rng, -tilt, tilt, n) for tilt in volume.tilts)
-        return quaternion.product(quaternion.product(quaternion.about(X, a), quaternion.about(Y, b)), spun)
-    across = np.stack([np.cos(heading), np.sin(heading), np.zeros(n)], axis=-1)
-    return quaternion.product(quaternion.about(across, tilt), spun)
+        leaning = quaternion.product(quaternion.about(X, first), quaternion.about(Y, second))
+        return quaternion.product(leaning, quaternion.about(Z, spin))
+    across = np.stack([np.cos(heading), np.sin(heading), np.zeros(len(numbers))], axis=-1)
+    return quaternion.product(quaternion.about(across, tilt), quaternion.about(Z, spin))
+
+
+def members(rng: np.random.Generator, volume: Volume, n: int) -> F64:
+    """Draw members as the definitions make them, many of them on the bounds, in the volume's own frame."""
+    return made(volume, np.stack([ends_too(rng, low, high, n) for low, high in box(volume)], axis=-1))
 
 
 def within(volume: Volume, q: F64, slack: float) -> NDArray[np.bool_]:
-    """Tell membership by the angles of the definitions (scipy's matrices), ranges wider by a slack; no products."""
-    from scipy.spatial.transform import Rotation
+    """Tell membership by the angles of the definitions (scipy's matrices and Euler angles), ranges wider by a slack.
 
-    seen = Rotation.from_quat(np.roll(q, -1, axis=-1)).as_matrix()
-    low, high = volume.spin or (-np.pi, np.pi)
-    half, middle = (np.inf if high - low >= TURN - 1e-12 else 0.5 * (high - low) + slack), 0.5 * (high + low)
-
-    def turned(angle: F64, centre: float = 0.0) -> F64:
-        return np.abs((angle - centre + np.pi) % TURN - np.pi)
-
+    Of products those of three rotations about axes of the frame, neighbours different.
+    """
+    turn = Rotation.from_quat(np.roll(q, -1, axis=-1))
+    seen = turn.as_matrix()
+    spin = volume.spin or (-np.pi, np.pi)
+    if volume.kind == "product":
+        name = "".join("XYZ"[int(np.argmax(axis))] for axis, _, _ in volume.factors)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # gimbal lock: the last angle is then zero
+            first = turn.as_euler(name)
+        middle = -first[:, 1] if name[0] == name[2] else np.pi - first[:, 1]
+        second = np.stack([first[:, 0] + np.pi, middle, first[:, 2] + np.pi], axis=-1)
+        ranges = [(low, high) for _, low, high in volume.factors]
+        each = [[_in(angle, of, slack) for angle, of in zip(way.T, ranges, strict=True)] for way in (first, second)]
+        return np.asarray(np.all(each, axis=1).any(axis=0))
     x, y, z = seen[..., :, 2].T
-    tilt = np.arctan2(np.hypot(x, y), z)
-    twist = turned(np.arctan2(seen[..., 1, 0] - seen[..., 0, 1], seen[..., 0, 0] + seen[..., 1, 1]), middle)
+    twist = np.arctan2(seen[..., 1, 0] - seen[..., 0, 1], seen[..., 0, 0] + seen[..., 1, 1])
     if volume.kind == "cone":
-        return np.asarray((tilt <= volume.tilts[0] + slack) & (twist <= half))
-    about_x, about_y = np.asarray(volume.tilts) + slack
+        return np.asarray((np.arctan2(np.hypot(x, y), z) <= volume.tilts[0] + slack) & _in(twist, spin, slack))
+    about_x, about_y = volume.tilts
     if volume.kind == "square":
-        shadow = (np.abs(np.arcsin(x)) <= about_y) & (np.abs(np.arcsin(y)) <= about_x) & (z >= -slack)
-        return np.asarray(shadow & (twist <= half))
+        shadow = (np.abs(np.arcsin(x)) <= about_y + slack) & (np.abs(np.arcsin(y)) <= about_x + slack) & (z >= -slack)
+        return np.asarray(shadow & _in(twist, spin, slack))
     a, b = np.arctan2(-y, z), np.arctan2(x, np.hypot(y, z))
     c = np.arctan2(-seen[..., 0, 1], seen[..., 0, 0])
-    near = (np.abs(a) <= about_x) & (np.abs(b) <= about_y) & (turned(c, middle) <= half)
-    far = (turned(a + np.pi) <= about_x) & (turned(np.pi - b) <= about_y) & (turned(c + np.pi, middle) <= half)
-    return np.asarray(near | far)
+    ways = [
+        _in(a + turned, (-about_x, about_x), slack)
+        & _in(abs(turned - b), (-about_y, about_y), slack)
+        & _in(c + turned, spin, slack)
+        for turned in (0.0, np.pi)
+    ]
+    return np.asarray(ways[0] | ways[1])
+
+
+def _in(angle: F64, of: tuple[float, float], slack: float) -> NDArray[np.bool_]:
+    """Tell whether angles are in a range, but for whole turns."""
+    low, high = of
+    if high - low >= TURN - 1e-12:
+        return np.full(np.shape(angle), True)
+    offset = (angle - 0.5 * (low + high) + np.pi) % TURN - np.pi
+    return np.asarray(np.abs(offset) <= 0.5 * (high - low) + slack)
