@@ -61,7 +61,9 @@ class Cases:
             z, wanted = (r[i, :, 2] for r in self.matrices)
             keywords |= {"current_axis": z, "desired_axis": wanted}
         else:
-            keywords |= dict(zip(("current_orientation", "desired_orientation"), (q[i] for q in self.orientation)))
+            keywords |= dict(
+                zip(("current_orientation", "desired_orientation"), (q[i] for q in self.orientation), strict=True)
+            )
         if self.w_point[i]:
             keywords["points"] = [(*(p[i] for p in self.point), self.w_point[i])]
         change, value = rd.one_joint_minimum(
@@ -119,6 +121,16 @@ class Cases:
         derivative += np.where(seen, -2 * (rate * nearer).sum(-1), 0.0)
         return value, derivative
 
+    def change_of_sign(self, low: F64) -> F64:
+        """Return the first change from `low` on at which both signs of the quaternion are as near."""
+        c, d = self.orientation
+        at_zero, at_half = (
+            (product(quaternion(self.axis, np.full(len(self), x)), c) * d).sum(1) for x in (0, np.pi / 2)
+        )
+        kink = 2 * np.arctan2(-at_zero, at_half)
+        first: F64 = kink + 2 * np.pi * np.ceil((low - kink) / (2 * np.pi))
+        return first
+
     def least(self) -> F64:
         """Return the least cost over each range."""
         low, high = self.low.copy(), self.high.copy()
@@ -138,6 +150,10 @@ class Cases:
         order = np.argsort(g, axis=1)[:, :LOWEST]
         below = np.take_along_axis(x, np.maximum(order - 1, 0), axis=1)
         above = np.take_along_axis(x, np.minimum(order + 1, GRID - 1), axis=1)
+        # On each side of where the nearer sign of the quaternion changes there may be one of its own.
+        kink, cell = self.change_of_sign(low)[:, None], ((high - low) / GRID)[:, None]
+        below = np.clip(np.concatenate([below, kink - cell, kink], axis=1), low[:, None], high[:, None])
+        above = np.clip(np.concatenate([above, kink, kink + cell], axis=1), low[:, None], high[:, None])
         for _ in range(HALVINGS):
             middle = 0.5 * (below + above)
             rising = self.cost(middle)[1] > 0
