@@ -6,6 +6,7 @@ mod design;
 mod errors;
 mod index;
 mod inverse;
+mod orientation;
 mod plan;
 mod qp;
 mod resolve;
@@ -13,6 +14,7 @@ mod results;
 mod robot;
 mod spare;
 mod task;
+mod volume;
 
 use pyo3::prelude::*;
 
@@ -33,6 +35,11 @@ mod _core {
     use super::inverse::descent::PyCoordinateDescent;
     #[pymodule_export]
     use super::inverse::one_joint::one_joint_minimum;
+    #[pymodule_export]
+    use super::orientation::{
+        quaternion_about, quaternion_angle, quaternion_axis_angle, quaternion_conjugate, quaternion_from_matrix, quaternion_matrix,
+        quaternion_product, quaternion_rotate,
+    };
     #[pymodule_export]
     use super::plan::failure::PyPlanFailure;
     #[pymodule_export]
@@ -67,6 +74,8 @@ mod _core {
     use super::robot::controller::PyController;
     #[pymodule_export]
     use super::task::PyTask;
+    #[pymodule_export]
+    use super::volume::PyVolume;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -17,6 +17,7 @@ use crate::task::PyTask;
 use redundancy::error::Error;
 use redundancy::inverse::descent::{Algorithm, Cost, Descent, Goal, Order, Rule, Stop, suggested_weights};
 use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::quaternion::Quaternion;
 use redundancy::robot::Joint;
 use redundancy::task::Task;
 
@@ -35,8 +36,9 @@ const SIX: [f64; 6] = [1.0, 0.5, 0.5, 0.3, 0.3, 0.3];
 /// target : array_like, shape (4, 4)
 ///     Pose of the tool in the base frame, or a target of the task: position (3,), or position and axis (6,).
 /// task : Task, optional
-///     ``Task.full()``, ``Task.axisymmetric(axis)``, of which the spin is free and ``|z - z_d|^2`` is E_o, or ``Task.position()``; if not given the whole pose,
-///     for a target of three numbers the position.
+///     ``Task.full()``; ``Task.axisymmetric(axis)``, of which the spin is free and ``|z - z_d|^2`` is E_o; ``Task.position()``; or ``Task.within(volume)``, of
+///     which before each sweep the member nearest to the present orientation is wanted, the volume standing in the target's frame. If not given the whole
+///     pose, for a target of three numbers the position.
 /// algorithm : {1, 2, 3, 4, 5}
 ///     1: the joints in turn, each to its minimum (5.3). 2: n times the joint with the largest decrease (5.4). 3: n times the one with the largest decrease
 ///     over its change (5.5). 4: all at once, ``q + step W x`` (45). 5: along the estimate G of the gradient (47).
@@ -154,16 +156,21 @@ impl PyCoordinateDescent {
         middle: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let it = &robot.get().robot;
+        let volume = task.and_then(|task| task.get().volume.clone());
         let task = match task {
+            // The frame that the volume stands in is the whole of the target.
+            Some(_) if volume.is_some() => Task::FULL,
             Some(task) => task.get().task,
             None if target.len().is_ok_and(|length| length == 3) => Task::POSITION,
             None => Task::FULL,
         };
         let suggested = suggested_weights(it);
         let (w_p, w_o) = (w_p.unwrap_or(suggested.0), w_o.unwrap_or(suggested.1));
-        let mut goal = ok(Goal::of(&task, &solution::target(&task, "target", target)?, (w_p, w_o)))?;
+        let target = solution::target(&task, "target", target)?;
+        let volume = volume.map(|volume| volume.reoriented(&Quaternion::from_axes(&target.frame)));
+        let mut goal = ok(Goal::of(&task, &target, (w_p, w_o)))?;
         goal.metric = read_metric(orientation_metric)?;
-        let cost = Cost { goal, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
+        let cost = Cost { goal, volume, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
         let weights = weights.map(|weights| read_list("weights", weights)).transpose()?;
         let asked = Asked { number: algorithm, order, weights, step, rule };
         let descent = ok(Descent::new(it.clone(), cost, asked.algorithm(py, it.joints())?, limits))?;

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::cosine::{Cosine, in_range};
 use crate::inverse::any::roots::real_roots;
+use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{Vec3, dot};
 
 /// Newton steps after the roots.
@@ -28,9 +29,9 @@ pub(super) struct HalfAngle {
 }
 
 impl HalfAngle {
-    /// With the rotation that is left, a quaternion \[scalar, vector\], and the joint's axis.
-    pub fn new(rest: Cosine, u: Vec3, (scalar, vector): (f64, Vec3), weight: f64) -> Self {
-        Self { rest, weight, c: scalar, d: dot(u, vector) }
+    /// With the rotation that is left and the joint's axis.
+    pub fn new(rest: Cosine, u: Vec3, left: &Quaternion, weight: f64) -> Self {
+        Self { rest, weight, c: left.0[0], d: dot(u, left.vector()) }
     }
 
     /// The slope at the present value.

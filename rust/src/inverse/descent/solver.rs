@@ -162,7 +162,7 @@ impl Descent {
         let mut costs = vec![state.cost];
         let mut moves = true;
         let stopped = loop {
-            let residuals = problem.cost.goal.residuals(&state.places.tool);
+            let residuals = state.places.goal.residuals(&state.places.tool);
             if residuals.0 <= stop.residuals.0 && residuals.1 <= stop.residuals.1 {
                 break Stopped::Converged;
             }
@@ -178,7 +178,7 @@ impl Descent {
             moves = self.step(&problem, &mut state, &mut |_| {});
             costs.push(state.cost);
         };
-        let residuals = problem.cost.goal.residuals(&state.places.tool);
+        let residuals = state.places.goal.residuals(&state.places.tool);
         Ok(Descended { q: state.q[..q.len()].to_vec(), costs, residuals, stopped })
     }
 

@@ -1,6 +1,6 @@
 //! A posture with its frames and its cost.
 
-use super::cost::{Cost, MAX_POINTS, Places};
+use super::cost::{Cost, Places};
 use super::form::Form;
 use crate::error::{Error, Result};
 use crate::kinematics::sized::joint_frames;
@@ -54,7 +54,7 @@ impl<'a> Problem<'a> {
     #[inline(never)]
     pub fn at(&self, q: &[f64]) -> State {
         let (frames, n) = (joint_frames(self.robot, q), q.len());
-        let mut places = Places { tool: frames[n - 1].compose(self.robot.end()), points: [[0.0; 3]; MAX_POINTS] };
+        let mut places = self.cost.places(frames[n - 1].compose(self.robot.end()));
         for (point, at) in self.cost.points.iter().zip(&mut places.points) {
             let frame = &frames[point.joints - 1];
             *at = add(frame.origin, frame.rotate(point.at));
