@@ -92,7 +92,7 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    fn algorithm(&self, py: Python<'_>, joints: &[Joint]) -> PyResult<Algorithm> {
+    fn algorithm(&self, joints: &[Joint]) -> PyResult<Algorithm> {
         let order = match self.order {
             "end_to_base" => Order::EndToBase,
             "base_to_end" => Order::BaseToEnd,
@@ -114,19 +114,12 @@ impl Asked<'_> {
             "normalised" => Rule::Normalised(all),
             other => return Err(Error::value("rule", format!("{other:?}"), "\"search\", \"printed\" or \"normalised\"").into()),
         };
-        let safe = 1.0 / all[..joints.len()].iter().sum::<f64>();
-        let step = self.step.unwrap_or(safe);
+        let step = self.step.unwrap_or_else(|| 1.0 / all[..joints.len()].iter().sum::<f64>());
         match self.number {
             1 => Ok(Algorithm::Cyclic(order)),
             2 => Ok(Algorithm::LargestDecrease { share: all }),
             3 => Ok(Algorithm::LargestRate { share: all }),
-            4 => {
-                if step > 2.0 * safe {
-                    let text = format!("step {step} is above 2 / sum(W) = {}: near a goal the sweeps may not converge", 2.0 * safe);
-                    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text).unwrap_or_default(), 1)?;
-                }
-                Ok(Algorithm::Together { weights: all, step })
-            }
+            4 => Ok(Algorithm::Together { weights: all, step }),
             5 => Ok(Algorithm::Gradient(rule)),
             other => Err(Error::value("algorithm", other, "1 to 5").into()),
         }
@@ -173,7 +166,11 @@ impl PyCoordinateDescent {
         let cost = Cost { goal, volume, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
         let weights = weights.map(|weights| read_list("weights", weights)).transpose()?;
         let asked = Asked { number: algorithm, order, weights, step, rule };
-        let descent = ok(Descent::new(it.clone(), cost, asked.algorithm(py, it.joints())?, limits))?;
+        let descent = ok(Descent::new(it.clone(), cost, asked.algorithm(it.joints())?, limits))?;
+        if let Some(most) = descent.algorithm().largest_safe_step(it.n()) {
+            let text = format!("step is above 2 / sum(W) = {most}: near a goal the sweeps may not converge");
+            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text).unwrap_or_default(), 1)?;
+        }
         Ok(Self { descent, robot: robot.clone().unbind(), algorithm, w_p, w_o })
     }
 
@@ -274,7 +271,7 @@ impl PyCoordinateDescent {
     /// q : ndarray, shape (n,)
     ///     Joint coordinates [rad or m].
     /// status : str
-    ///     "converged" (both errors within their tolerance), "stationary" (no slope along any joint that its limits leave free), "stalled" (the last two costs are
+    ///     "converged" (both errors within their tolerance; never with points or centring, which have more to gain), "stationary" (no slope along any joint that its limits leave free), "stalled" (the last two costs are
     ///     equal within rounding) or "out of sweeps".
     /// position_error, orientation_error : float
     ///     Of the tool [m], [rad]; of an axis its angle, 0 where the orientation is free.

@@ -151,6 +151,11 @@ impl Cost {
         Self { goal, volume: None, points: Vec::new(), centres: Vec::new() }
     }
 
+    /// Whether nothing but the tool has a cost.
+    pub(super) fn is_of_tool_alone(&self) -> bool {
+        self.points.is_empty() && self.centres.is_empty()
+    }
+
     /// What is looked at where the tool is in its place; the points are left out.
     pub(super) fn places(&self, tool: Frame) -> Places {
         let mut goal = self.goal;

@@ -39,6 +39,13 @@ pub enum Algorithm {
 }
 
 impl Algorithm {
+    /// The bound `2 / sum W` of the step of algorithm 4 where the step is above it: below it, sweeps next to a goal are stable.
+    pub fn largest_safe_step(&self, n: usize) -> Option<f64> {
+        let Self::Together { weights, step } = self else { return None };
+        let most = 2.0 / weights[..n].iter().sum::<f64>();
+        (*step > most).then_some(most)
+    }
+
     /// Whether no sweep raises the cost.
     pub fn is_monotone(&self) -> bool {
         matches!(self, Self::Cyclic(_) | Self::LargestDecrease { .. } | Self::LargestRate { .. } | Self::Gradient(Rule::Search))
@@ -59,7 +66,7 @@ pub struct Stop {
 /// Why it stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stopped {
-    /// The residuals are small enough.
+    /// The residuals are small enough, and nothing but the tool has a cost.
     Converged,
     /// No joint alone can lower the cost.
     Stationary,
@@ -163,7 +170,7 @@ impl Descent {
         let mut moves = true;
         let stopped = loop {
             let residuals = state.places.goal.residuals(&state.places.tool);
-            if residuals.0 <= stop.residuals.0 && residuals.1 <= stop.residuals.1 {
+            if self.cost.is_of_tool_alone() && residuals.0 <= stop.residuals.0 && residuals.1 <= stop.residuals.1 {
                 break Stopped::Converged;
             }
             if problem.steepest(&state) <= stop.slope {
