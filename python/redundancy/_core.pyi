@@ -1170,7 +1170,7 @@ def one_joint_minimum(
     current_axis: ArrayLike | None = None,
     desired_axis: ArrayLike | None = None,
     points: Iterable[tuple[ArrayLike, ArrayLike, float]] | None = None,
-    centring: tuple[float, float] = (0.0, 0.0),
+    centring: tuple[float, float] | None = None,
 ) -> OneJointMinimum: ...
 def solve_qp(
     h: ArrayLike,

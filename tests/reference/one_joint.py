@@ -159,19 +159,22 @@ class Cases:
             rising = self.cost(middle)[1] > 0
             below, above = np.where(rising, below, middle), np.where(rising, middle, above)
         at_ends = np.where(self.turns[:, None], np.inf, self.cost(ends)[0])
-        return np.concatenate([self.cost(below)[0], self.cost(above)[0], g, at_ends], axis=1).min(axis=1)
+        values = np.concatenate([self.cost(below)[0], self.cost(above)[0], g, at_ends], axis=1)
+        return np.asarray(values.min(axis=1))
 
 
 def quaternion(u: F64, half: F64) -> F64:
     """Return the quaternions of rotations about u by twice an angle."""
-    return np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * u], axis=-1)
+    joined: F64 = np.concatenate([np.cos(half)[..., None], np.sin(half)[..., None] * u], axis=-1)
+    return joined
 
 
 def product(p: F64, q: F64) -> F64:
     """Return Hamilton's product."""
     w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(-1, keepdims=True)
     v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
-    return np.concatenate([w, v], axis=-1)
+    joined: F64 = np.concatenate([w, v], axis=-1)
+    return joined
 
 
 def matrix(q: F64) -> F64:
@@ -187,7 +190,8 @@ def rotated(u: F64, angle: F64, v: F64) -> F64:
     k -= k.transpose(0, 2, 1)
     once = np.einsum("nij,nj->ni", k, v)
     twice = np.einsum("nij,nj->ni", k, once)
-    return v[:, None] + np.sin(angle)[..., None] * once[:, None] + (1 - np.cos(angle))[..., None] * twice[:, None]
+    out: F64 = v[:, None] + np.sin(angle)[..., None] * once[:, None] + (1 - np.cos(angle))[..., None] * twice[:, None]
+    return out
 
 
 def random_cases(rng: np.random.Generator, count: int) -> Cases:
@@ -197,7 +201,8 @@ def random_cases(rng: np.random.Generator, count: int) -> Cases:
         v = rng.normal(size=(count, width))
         special = rng.random(count) < 0.2
         v[special] = np.eye(width)[rng.integers(0, width, special.sum())]
-        return v / np.linalg.norm(v, axis=1, keepdims=True)
+        unit: F64 = v / np.linalg.norm(v, axis=1, keepdims=True)
+        return unit
 
     def some(p: float) -> npt.NDArray[np.bool_]:
         return rng.random(count) < p
@@ -257,7 +262,7 @@ def _ranges(rng: np.random.Generator, count: int) -> tuple[F64, F64]:
         lambda: (-np.inf, np.inf),
         lambda: (0.0, rng.uniform(0, 3)),
     ]
-    return tuple(np.array([kinds[k]() for k in rng.integers(0, len(kinds), count)]).T)  # type: ignore[return-value]
+    return tuple(np.array([kinds[k]() for k in rng.integers(0, len(kinds), count)]).T)
 
 
 def misses(cases: Cases) -> tuple[F64, F64]:

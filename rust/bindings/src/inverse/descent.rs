@@ -163,10 +163,13 @@ impl PyCoordinateDescent {
         let volume = volume.map(|volume| volume.reoriented(&Quaternion::from_axes(&target.frame)));
         let mut goal = ok(Goal::of(&task, &target, (w_p, w_o)))?;
         goal.metric = read_metric(orientation_metric)?;
-        let cost = Cost { goal, volume, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
+        let cost = Cost { goal, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
         let weights = weights.map(|weights| read_list("weights", weights)).transpose()?;
         let asked = Asked { number: algorithm, order, weights, step, rule };
-        let descent = ok(Descent::new(it.clone(), cost, asked.algorithm(it.joints())?, limits))?;
+        let mut descent = ok(Descent::new(it.clone(), cost, asked.algorithm(it.joints())?, limits))?;
+        if let Some(volume) = volume {
+            descent = descent.within(volume);
+        }
         if let Some(most) = descent.algorithm().largest_safe_step(it.n()) {
             let text = format!("step is above 2 / sum(W) = {most}: near a goal the sweeps may not converge");
             PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text).unwrap_or_default(), 1)?;

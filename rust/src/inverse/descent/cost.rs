@@ -82,8 +82,6 @@ pub struct Centre {
 pub struct Cost {
     /// Of the tool.
     pub goal: Goal,
-    /// Orientations in the base frame that are as good as each other: before each sweep the one nearest to the present orientation becomes that of the goal.
-    pub volume: Option<OrientationVolume>,
     /// Of points of links, at most [`MAX_POINTS`].
     pub points: Vec<Point>,
     /// Of joints.
@@ -148,7 +146,7 @@ impl Goal {
 impl Cost {
     /// That of the tool alone.
     pub const fn new(goal: Goal) -> Self {
-        Self { goal, volume: None, points: Vec::new(), centres: Vec::new() }
+        Self { goal, points: Vec::new(), centres: Vec::new() }
     }
 
     /// Whether nothing but the tool has a cost.
@@ -156,10 +154,10 @@ impl Cost {
         self.points.is_empty() && self.centres.is_empty()
     }
 
-    /// What is looked at where the tool is in its place; the points are left out.
-    pub(super) fn places(&self, tool: Frame) -> Places {
+    /// What is looked at where the tool is in its place; the points are left out. Of a volume, the member nearest to the tool's orientation is wanted.
+    pub(super) fn places(&self, tool: Frame, volume: Option<&OrientationVolume>) -> Places {
         let mut goal = self.goal;
-        if let Some(volume) = &self.volume {
+        if let Some(volume) = volume {
             goal.orientation = Orientation::Whole(volume.nearest(&Quaternion::from_axes(&tool.axes)).orientation.axes());
         }
         Places { goal, tool, points: [[0.0; 3]; MAX_POINTS] }
@@ -196,7 +194,7 @@ impl Cost {
 
     /// Checks that the cost has a least value over a joint that slides without end.
     pub(super) fn check_slide(&self, i: usize) -> Result<()> {
-        let Form::Slide { bend, .. } = self.slide(&self.places(Frame::IDENTITY), i, [0.0, 0.0, 1.0], 0.0) else { return Ok(()) };
+        let Form::Slide { bend, .. } = self.slide(&self.places(Frame::IDENTITY, None), i, [0.0, 0.0, 1.0], 0.0) else { return Ok(()) };
         let pulled = self.points.iter().any(|point| point.joints > i && point.weight != 0.0);
         if bend < 0.0 || (bend == 0.0 && pulled) {
             let given = format!("weights whose sum over what joint {i} carries is {}", 0.5 * bend);

@@ -35,7 +35,7 @@ pub fn one_joint_minimum(it: &OneJoint, (low, high): (f64, f64)) -> Result<(f64,
     check_finite("current_position", &it.tool.origin)?;
     let axis = unit(it.axis).ok_or_else(|| Error::value("axis", format!("{:?}", it.axis), "a vector that is not zero"))?;
     let mut cost = Cost::new(it.goal);
-    let mut places = cost.places(it.tool);
+    let mut places = cost.places(it.tool, None);
     for (i, (at, goal, weight)) in it.points.iter().enumerate() {
         cost.points.push(super::Point { joints: 1, at: *at, goal: *goal, weight: *weight });
         if let Some(place) = places.points.get_mut(i) {

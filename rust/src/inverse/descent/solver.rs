@@ -8,6 +8,7 @@ use super::state::{Problem, State};
 use super::steps::{Joints, Rule};
 use crate::error::{Error, Result, check_length};
 use crate::robot::{Limits, Robot};
+use crate::task::OrientationVolume;
 
 /// Two costs are equal when they differ by less than this part: they are sums of squares of residuals.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
@@ -117,6 +118,7 @@ pub struct Trace {
 pub struct Descent {
     robot: Arc<Robot>,
     cost: Cost,
+    volume: Option<OrientationVolume>,
     algorithm: Algorithm,
     limits: bool,
 }
@@ -126,7 +128,13 @@ impl Descent {
     pub fn new(robot: Arc<Robot>, cost: Cost, algorithm: Algorithm, limits: bool) -> Result<Self> {
         Problem::new(&robot, &cost, limits.then(|| robot.limits()))?;
         check_algorithm(&algorithm, robot.n())?;
-        Ok(Self { robot, cost, algorithm, limits })
+        Ok(Self { robot, cost, volume: None, algorithm, limits })
+    }
+
+    /// The same to a set of orientations in the base frame: before each sweep the member nearest to the present orientation becomes the wanted one. No sweep of a
+    /// monotone algorithm raises the cost then either, because no member is nearer.
+    pub fn within(self, volume: OrientationVolume) -> Self {
+        Self { volume: Some(volume), ..self }
     }
 
     /// The robot.
@@ -203,7 +211,7 @@ impl Descent {
     }
 
     fn problem(&self) -> Problem<'_> {
-        Problem { robot: &self.robot, cost: &self.cost, limits: self.limits.then(|| self.robot.limits()) }
+        Problem { robot: &self.robot, cost: &self.cost, volume: self.volume.as_ref(), limits: self.limits.then(|| self.robot.limits()) }
     }
 
     fn start(&self, problem: &Problem, q: &[f64]) -> Result<State> {
