@@ -4,11 +4,12 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import frames, inverse, plans, projectors, qp, rest, urdf, volumes
+from tests.soak import frames, inverse, one_joint, plans, projectors, qp, rest, urdf, volumes
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
     "frames": frames.main,
+    "one_joint": one_joint.main,
     "plans": plans.main,
     "projectors": projectors.main,
     "qp": qp.main,
