@@ -61,6 +61,8 @@ mod _core {
     #[pymodule_export]
     use super::robot::controller::PyController;
     #[pymodule_export]
+    use super::robot::pose::{PyPoseSolution, PyPoseSolutions};
+    #[pymodule_export]
     use super::task::PyTask;
 
     #[pymodule_init]

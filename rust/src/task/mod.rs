@@ -34,6 +34,7 @@ mod suited;
 
 pub use constraint::Constraint;
 pub use directions::Directions;
+pub(crate) use error::rotation_vector;
 pub use projector::Projector;
 
 use crate::error::Result;
