@@ -1,5 +1,7 @@
 //! One search for a pose from one start: damped Newton within limits, given up early where it does not get on.
 
+use std::f64::consts::TAU;
+
 use super::goal::{Goal, Left};
 use crate::inverse::coupled::least_squares;
 use crate::kinematics::sized::jacobian;
@@ -7,7 +9,7 @@ use crate::linalg::damped::damped_step;
 use crate::linalg::vector::norm;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::DenseRow;
-use crate::robot::{Joint, Limits, MAX_COMBINATIONS, Robot};
+use crate::robot::{AT_LIMIT, Joint, Limits, MAX_COMBINATIONS, Robot};
 
 /// Damping relative to the squared error (Sugihara 2011).
 const DAMPING: f64 = 0.02;
@@ -15,10 +17,10 @@ const DAMPING: f64 = 0.02;
 const LEAST_DAMPING: f64 = 1e-10;
 /// Largest motion of a joint in one step \[rad, or m over the length\].
 const LARGEST_STEP: f64 = 1.5;
-/// After so many steps the squared error has to be ...
-const WATCHED: usize = 4;
-/// ... this part of what it was, else the start is given up.
-const GETS_ON: f64 = 0.3;
+/// After so many steps the squared error has to be such a part of what it was, else the start is given up.
+const GETS_ON: (usize, f64) = (4, 0.3);
+/// The same where other starts have failed: near singular postures steps are small.
+const PATIENT: (usize, f64) = (8, 0.7);
 
 /// What a search is for, beside the robot: where it ends.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +31,8 @@ pub(super) struct Bounds {
     pub orientation: f64,
     /// Steps.
     pub steps: usize,
+    /// Whether to go on where little is gained.
+    pub patient: bool,
 }
 
 impl Bounds {
@@ -36,6 +40,35 @@ impl Bounds {
     #[inline(always)]
     pub fn hold(&self, (w, v): &Left) -> bool {
         norm(*v) <= self.position && norm(*w) <= self.orientation
+    }
+}
+
+/// What every start has in common.
+pub(super) struct Problem<'a> {
+    pub robot: &'a Robot,
+    pub goal: Goal<'a>,
+    pub bounds: Bounds,
+    /// Joints that may turn once round: beyond a limit they go on at the other end. One bit a joint.
+    pub turning: u32,
+}
+
+impl<'a> Problem<'a> {
+    pub fn new(robot: &'a Robot, goal: Goal<'a>, bounds: Bounds) -> Self {
+        let limits = robot.limits();
+        let once_round = |i: &usize| robot.is_periodic(*i) && limits.q_max[*i] - limits.q_min[*i] >= TAU - AT_LIMIT;
+        let turning = if limits.coupled.is_empty() { (0..robot.n()).filter(once_round).fold(0, |bits, i| bits | 1 << i) } else { 0 };
+        Self { robot, goal, bounds, turning }
+    }
+
+    /// A coordinate within the limits of its joint.
+    #[inline(always)]
+    pub fn held(&self, i: usize, x: f64) -> f64 {
+        let limits = self.robot.limits();
+        let inside = x.clamp(limits.q_min[i], limits.q_max[i]);
+        if inside == x || self.turning >> i & 1 == 0 {
+            return inside;
+        }
+        (x + TAU.copysign(inside - x)).clamp(limits.q_min[i], limits.q_max[i])
     }
 }
 
@@ -54,18 +87,13 @@ pub(super) struct Attempt<const C: usize> {
 
 /// Searches from `q`, which is within the limits; each error that is met is shown to `seen`.
 #[inline(never)]
-pub(super) fn attempt<const C: usize>(
-    robot: &Robot,
-    limits: &Limits,
-    goal: &Goal,
-    bounds: &Bounds,
-    start: &[f64],
-    seen: &mut Option<Vec<f64>>,
-) -> Attempt<C> {
+pub(super) fn attempt<const C: usize>(problem: &Problem, start: &[f64], seen: &mut Option<Vec<f64>>) -> Attempt<C> {
+    let Problem { robot, goal, bounds, .. } = problem;
     let n = size::<C>(robot.n());
     let mut q = [0.0; C];
     q[..n].copy_from_slice(&start[..n]);
     let mut best = Attempt { q, left: ([0.0; 3], [0.0; 3]), square: f64::INFINITY, steps: 0 };
+    let (every, part) = if problem.bounds.patient { PATIENT } else { GETS_ON };
     let (mut watched, mut reached) = (f64::INFINITY, false);
     for steps in 0..=bounds.steps {
         let (tool, columns) = jacobian::<C>(robot, &q[..n]);
@@ -76,21 +104,22 @@ pub(super) fn attempt<const C: usize>(
             seen.push(goal.cost(&left));
         }
         best.steps = steps;
-        if square < best.square {
+        let within = bounds.hold(&left);
+        if (within && !reached) || (square < best.square && (within || !reached)) {
             (best.q, best.left, best.square) = (q, left, square);
         }
         // One step more than is asked for: it squares the error.
         if reached || square.is_nan() {
             break;
         }
-        reached = bounds.hold(&left);
-        if steps % WATCHED == 0 && !reached {
-            if square > GETS_ON * watched {
+        reached = within;
+        if steps % every == 0 && !reached {
+            if square > part * watched {
                 break;
             }
             watched = square;
         }
-        let moved = move_within::<C>(robot, limits, &rows, &b, m, square, &mut q);
+        let moved = move_within::<C>(problem, &rows, &b, m, square, &mut q);
         if !moved {
             break;
         }
@@ -100,7 +129,8 @@ pub(super) fn attempt<const C: usize>(
 
 /// Takes one damped step; joints that stand at a limit and would cross it are held, and the others make up for them. Whether any joint moves.
 #[inline(always)]
-fn move_within<const C: usize>(robot: &Robot, limits: &Limits, rows: &Rows6<C>, b: &Row6, m: usize, square: f64, q: &mut [f64; C]) -> bool {
+fn move_within<const C: usize>(problem: &Problem, rows: &Rows6<C>, b: &Row6, m: usize, square: f64, q: &mut [f64; C]) -> bool {
+    let (robot, limits) = (problem.robot, problem.robot.limits());
     let n = size::<C>(robot.n());
     let scale: f64 = rows.iter().flatten().map(|x| x * x).sum();
     let damping = DAMPING * square + LEAST_DAMPING * scale;
@@ -110,7 +140,8 @@ fn move_within<const C: usize>(robot: &Robot, limits: &Limits, rows: &Rows6<C>, 
         loop {
             let mut stopped = false;
             for i in 0..n {
-                if (q[i] <= limits.q_min[i] && step[i] < 0.0) || (q[i] >= limits.q_max[i] && step[i] > 0.0) {
+                let blocked = (q[i] <= limits.q_min[i] && step[i] < 0.0) || (q[i] >= limits.q_max[i] && step[i] > 0.0);
+                if blocked && problem.turning >> i & 1 == 0 {
                     stopped = true;
                     rows.iter_mut().for_each(|row| row[i] = 0.0);
                 }
@@ -129,7 +160,7 @@ fn move_within<const C: usize>(robot: &Robot, limits: &Limits, rows: &Rows6<C>, 
     }
     let mut moved = false;
     for i in 0..n {
-        let next = (q[i] + step[i]).clamp(limits.q_min[i], limits.q_max[i]);
+        let next = problem.held(i, q[i] + step[i]);
         moved |= next != q[i];
         q[i] = next;
     }

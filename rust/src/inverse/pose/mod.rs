@@ -20,9 +20,9 @@ use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{norm, sub};
 use crate::linalg::{MAX_JOINTS, with_capacity};
-use crate::robot::{Limits, RandomPostures, Robot, nearest_turn};
+use crate::robot::{RandomPostures, Robot, nearest_turn};
 use crate::task::{Target, Task};
-use attempt::{Attempt, Bounds, attempt};
+use attempt::{Attempt, Bounds, Problem, attempt};
 use goal::Goal;
 use nearest::nearest;
 use starts::Starts;
@@ -31,6 +31,8 @@ use starts::Starts;
 const OUT_OF_REACH: usize = 8;
 /// Starts after which all postures of six joints are eliminated.
 const BEFORE_ELIMINATION: usize = 24;
+/// Starts after which each is given more time.
+const PATIENT_AFTER: usize = 16;
 /// Postures from which the nearest one is looked for.
 const CANDIDATES: usize = 4;
 /// Targets that a thread takes at a time, at least.
@@ -142,8 +144,7 @@ pub struct PoseSolver {
 /// What one search has found so far.
 struct Search<'a> {
     solver: &'a PoseSolver,
-    goal: Goal<'a>,
-    bounds: Bounds,
+    problem: Problem<'a>,
     start: [f64; MAX_JOINTS],
     /// The best ends, the best first.
     ends: [Option<Attempt<MAX_JOINTS>>; CANDIDATES],
@@ -187,10 +188,10 @@ impl PoseSolver {
             }
             None => from.iter_mut().enumerate().take(n).for_each(|(i, x)| *x = self.robot.limits().middle(i)),
         }
+        let bounds = Bounds { position: settings.position, orientation: settings.orientation, steps: settings.iterations, patient: false };
         let mut search = Search {
             solver: self,
-            goal: Goal::new(task, *target, self.length),
-            bounds: Bounds { position: settings.position, orientation: settings.orientation, steps: settings.iterations },
+            problem: Problem::new(&self.robot, Goal::new(task, *target, self.length), bounds),
             start: from,
             ends: [None; CANDIDATES],
             iterations: 0,
@@ -230,7 +231,7 @@ impl Search<'_> {
     fn run(&mut self, inverse: Option<&TaskInverse>, settings: &Settings) -> Pose {
         let robot = &*self.solver.robot;
         let n = robot.n();
-        let closed = inverse.filter(|inverse| *self.goal.task == Task::FULL && has_closed_form(inverse));
+        let closed = inverse.filter(|inverse| *self.problem.goal.task == Task::FULL && has_closed_form(inverse));
         let mut restarts = settings.restarts;
         if let (Some(inverse), true) = (closed, settings.method != Method::Newton) {
             if let Some(pose) = self.listed(inverse) {
@@ -250,17 +251,19 @@ impl Search<'_> {
         let mut random = RandomPostures::new(settings.seed);
         for attempts in 0..=restarts {
             self.attempts = attempts;
+            self.problem.bounds.patient = attempts >= PATIENT_AFTER;
             if let Some(pose) = self.attempt(&start[..n]) {
                 return pose;
             }
             if attempts == BEFORE_ELIMINATION
                 && closed.is_none()
-                && let Some(inverse) = inverse.filter(|_| n == 6 && settings.method == Method::Auto && *self.goal.task == Task::FULL)
+                && let Some(inverse) =
+                    inverse.filter(|_| n == 6 && settings.method == Method::Auto && *self.problem.goal.task == Task::FULL)
                 && let Some(pose) = self.listed(inverse)
             {
                 return pose;
             }
-            let table = costs.get_or_insert_with(|| self.solver.starts.costs(&self.goal));
+            let table = costs.get_or_insert_with(|| self.solver.starts.costs(&self.problem.goal));
             match self.solver.starts.next(table).filter(|_| settings.seed == 0 && attempts < 64) {
                 Some(next) => start = next,
                 None => random.fill(robot, &mut start[..n]),
@@ -274,7 +277,7 @@ impl Search<'_> {
     fn listed(&mut self, inverse: &TaskInverse) -> Option<Pose> {
         let robot = &*self.solver.robot;
         let (limits, n) = (robot.limits(), robot.n());
-        let frame = Frame { axes: self.goal.target.frame, origin: self.goal.target.position };
+        let frame = Frame { axes: self.problem.goal.target.frame, origin: self.problem.goal.target.position };
         let found = inverse.solve(&frame);
         let near = &self.start[..n];
         let (mut best, mut least) = ([0.0; MAX_JOINTS], f64::INFINITY);
@@ -291,7 +294,7 @@ impl Search<'_> {
         }
         if least == f64::INFINITY && (found.singular[..found.count].contains(&true) || (!limits.coupled.is_empty() && found.count > 0)) {
             // A joint that may be chosen may come within its limits, as another whole turn may within those on combinations.
-            let wanted = Wanted { task: *self.goal.task, fixed: &[], limits: true, turns: false };
+            let wanted = Wanted { task: *self.problem.goal.task, fixed: &[], limits: true, turns: false };
             let ordered = Request::whole(inverse, wanted).solve(&frame, Some(near)).ok()?;
             let first = ordered.rows().next()?;
             if limits.contain(first) {
@@ -303,11 +306,11 @@ impl Search<'_> {
             self.unreachable |= found.complete;
             return None;
         }
-        let left = self.goal.left(&jacobian_at(robot, &best[..n]).0);
+        let left = self.problem.goal.left(&jacobian_at(robot, &best[..n]).0);
         if let Some(seen) = &mut self.seen {
-            seen.push(self.goal.cost(&left));
+            seen.push(self.problem.goal.cost(&left));
         }
-        self.bounds.hold(&left).then(|| self.pose(best, left, Outcome::Converged))
+        self.problem.bounds.hold(&left).then(|| self.pose(best, left, Outcome::Converged))
     }
 
     /// A coordinate by the whole turn nearest to another that the limits allow.
@@ -320,9 +323,9 @@ impl Search<'_> {
     fn attempt(&mut self, start: &[f64]) -> Option<Pose> {
         let robot = &*self.solver.robot;
         let n = robot.n();
-        let end = with_capacity!(n, widened(robot, robot.limits(), &self.goal, &self.bounds, start, &mut self.seen));
+        let end = with_capacity!(n, widened(&self.problem, start, &mut self.seen));
         self.iterations += end.steps;
-        if self.bounds.hold(&end.left) {
+        if self.problem.bounds.hold(&end.left) {
             let mut q = end.q;
             for i in 0..n {
                 q[i] = self.turned(i, q[i], self.start[i]);
@@ -342,20 +345,19 @@ impl Search<'_> {
     /// The nearest posture from the best ends.
     #[inline(never)]
     fn nearest(&mut self) -> Pose {
-        let robot = &*self.solver.robot;
         let mut best: Option<nearest::Nearest> = None;
         for end in self.ends.into_iter().flatten() {
-            let found = nearest(robot, robot.limits(), &self.goal, &end.q, DOWNHILL, &mut self.seen);
+            let found = nearest(&self.problem, &end.q, DOWNHILL, &mut self.seen);
             self.iterations += found.steps;
             if best.is_none_or(|best| found.cost < best.cost) {
                 best = Some(found);
             }
-            if self.bounds.hold(&found.left) {
+            if self.problem.bounds.hold(&found.left) {
                 break;
             }
         }
         let Some(best) = best else { return self.pose(self.start, ([f64::NAN; 3], [f64::NAN; 3]), Outcome::OutOfIterations) };
-        let outcome = match (self.bounds.hold(&best.left), best.stationary) {
+        let outcome = match (self.problem.bounds.hold(&best.left), best.stationary) {
             (true, _) => Outcome::Converged,
             (_, false) => Outcome::OutOfIterations,
             _ if self.unreachable => Outcome::Unreachable,
@@ -366,21 +368,14 @@ impl Search<'_> {
 
     fn pose(&self, q: [f64; MAX_JOINTS], left: goal::Left, outcome: Outcome) -> Pose {
         let (orientation_error, position_error) = (norm(left.0), norm(left.1));
-        let cost = self.goal.cost(&left);
+        let cost = self.problem.goal.cost(&left);
         Pose { q, outcome, position_error, orientation_error, iterations: self.iterations, restarts: self.attempts, cost }
     }
 }
 
 /// An attempt in the room for the largest robots.
-fn widened<const C: usize>(
-    robot: &Robot,
-    limits: &Limits,
-    goal: &Goal,
-    bounds: &Bounds,
-    start: &[f64],
-    seen: &mut Option<Vec<f64>>,
-) -> Attempt<MAX_JOINTS> {
-    let end = attempt::<C>(robot, limits, goal, bounds, start, seen);
+fn widened<const C: usize>(problem: &Problem, start: &[f64], seen: &mut Option<Vec<f64>>) -> Attempt<MAX_JOINTS> {
+    let end = attempt::<C>(problem, start, seen);
     let mut q = [0.0; MAX_JOINTS];
     q[..C].copy_from_slice(&end.q);
     Attempt { q, left: end.left, square: end.square, steps: end.steps }
@@ -388,5 +383,5 @@ fn widened<const C: usize>(
 
 /// Whether all postures are told in a few microseconds.
 fn has_closed_form(inverse: &TaskInverse) -> bool {
-    inverse.robot().n() == 6 && matches!(inverse.structure(), Some(Structure::Wrist { .. } | Structure::Parallel { .. }))
+    inverse.robot().joint_letters() == "RRRRRR" && matches!(inverse.structure(), Some(Structure::Wrist { .. } | Structure::Parallel { .. }))
 }

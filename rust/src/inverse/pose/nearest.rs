@@ -1,13 +1,13 @@
 //! The nearest posture to a pose that is not reached: Newton on the cost itself with its second derivatives, within all limits.
 
-use super::attempt::{combinations, unit_of};
+use super::attempt::{Problem as Search, combinations, unit_of};
 use super::goal::{Goal, Left};
 use crate::kinematics::{first_derivative, jacobian_at};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::vector::{Vec3, dot};
 use crate::qp::{self, ActiveSet, DenseRow, Problem, Status};
-use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
+use crate::robot::{MAX_COMBINATIONS, Robot};
 
 /// A posture is stationary where a step along the gradient of half the cost, over L^2 and within the limits, moves no joint by more than this \[rad, or m over
 /// the length\], of a cost of L^2 or less.
@@ -52,7 +52,8 @@ struct Model {
 
 /// Goes down from `start` in at most so many steps.
 #[inline(never)]
-pub(super) fn nearest(robot: &Robot, limits: &Limits, goal: &Goal, start: &[f64], most: usize, seen: &mut Option<Vec<f64>>) -> Nearest {
+pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut Option<Vec<f64>>) -> Nearest {
+    let Search { robot, goal, .. } = problem;
     let n = robot.n();
     let mut q = [0.0; MAX_JOINTS];
     q[..n].copy_from_slice(&start[..n]);
@@ -68,10 +69,10 @@ pub(super) fn nearest(robot: &Robot, limits: &Limits, goal: &Goal, start: &[f64]
         steps,
     };
     for steps in 0..most {
-        let room = Room::of(robot, limits, &q[..n], goal.length);
+        let room = Room::of(problem, &q[..n]);
         slope = goal.length.powi(2) * largest(&room.step(&here.g, &scaled(goal.length.powi(2), n)));
         if slope <= AIM * bar(here.cost) {
-            if nudges == NUDGES || !nudge(robot, limits, goal, &here, &mut q) {
+            if nudges == NUDGES || !nudge(problem, &here, &mut q) {
                 return end(q, &here, slope, steps);
             }
             nudges += 1;
@@ -83,7 +84,7 @@ pub(super) fn nearest(robot: &Robot, limits: &Limits, goal: &Goal, start: &[f64]
         let mut trial = q;
         for i in 0..n {
             let unit = unit_of(robot.joints()[i], goal.length);
-            trial[i] = (q[i] + unit * step[i]).clamp(limits.q_min[i], limits.q_max[i]);
+            trial[i] = problem.held(i, q[i] + unit * step[i]);
         }
         let foretold = -(0..n).map(|i| step[i] * (2.0 * here.g[i] + (0..n).map(|k| h[i][k] * step[k]).sum::<f64>())).sum::<f64>();
         let there = model(robot, goal, &trial[..n]);
@@ -154,14 +155,17 @@ struct Room {
 }
 
 impl Room {
-    fn of(robot: &Robot, limits: &Limits, q: &[f64], length: f64) -> Self {
-        let n = q.len();
+    fn of(problem: &Search, q: &[f64]) -> Self {
+        let (robot, limits, n) = (problem.robot, problem.robot.limits(), q.len());
         let (mut low, mut high) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
         let (mut rows, count) = combinations(limits, q);
         for i in 0..n {
-            let unit = unit_of(robot.joints()[i], length);
-            low[i] = ((limits.q_min[i] - q[i]) / unit).clamp(-LARGEST_STEP, 0.0);
-            high[i] = ((limits.q_max[i] - q[i]) / unit).clamp(0.0, LARGEST_STEP);
+            let unit = unit_of(robot.joints()[i], problem.goal.length);
+            (low[i], high[i]) = (-LARGEST_STEP, LARGEST_STEP);
+            if problem.turning >> i & 1 == 0 {
+                low[i] = ((limits.q_min[i] - q[i]) / unit).clamp(-LARGEST_STEP, 0.0);
+                high[i] = ((limits.q_max[i] - q[i]) / unit).clamp(0.0, LARGEST_STEP);
+            }
             rows.iter_mut().take(count).for_each(|row| row.a[i] *= unit);
         }
         Self { n, low, high, rows, count }
@@ -188,12 +192,13 @@ fn convex(h: &Square, n: usize, added: &mut f64, square: f64) -> Square {
 }
 
 /// Moves a stationary posture that is no minimum of its free joints a little; whether it is such a one.
-fn nudge(robot: &Robot, limits: &Limits, goal: &Goal, here: &Model, q: &mut Wide) -> bool {
-    let n = robot.n();
+fn nudge(problem: &Search, here: &Model, q: &mut Wide) -> bool {
+    let Search { robot, goal, .. } = problem;
+    let (limits, n) = (robot.limits(), robot.n());
     let mut free = here.h;
     for i in 0..n {
         let held = (q[i] <= limits.q_min[i] && here.g[i] > 0.0) || (q[i] >= limits.q_max[i] && here.g[i] < 0.0);
-        if held {
+        if held && problem.turning >> i & 1 == 0 {
             (0..n).for_each(|k| (free[i][k], free[k][i]) = (0.0, 0.0));
         }
         free[i][i] += goal.length.powi(2) * SADDLE;
@@ -203,7 +208,7 @@ fn nudge(robot: &Robot, limits: &Limits, goal: &Goal, here: &Model, q: &mut Wide
     }
     for i in 0..n {
         let by = NUDGE * unit_of(robot.joints()[i], goal.length) * if i % 2 == 0 { 1.0 } else { -0.7 };
-        q[i] = (q[i] + by).clamp(limits.q_min[i], limits.q_max[i]);
+        q[i] = problem.held(i, q[i] + by);
     }
     true
 }
