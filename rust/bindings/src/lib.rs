@@ -5,6 +5,7 @@ mod collision;
 mod design;
 mod errors;
 mod index;
+mod inverse;
 mod plan;
 mod qp;
 mod resolve;
@@ -28,6 +29,10 @@ mod _core {
     use super::design::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
     use super::index::objective::PyObjective;
+    #[pymodule_export]
+    use super::inverse::descent::PyCoordinateDescent;
+    #[pymodule_export]
+    use super::inverse::one_joint::one_joint_minimum;
     #[pymodule_export]
     use super::plan::failure::PyPlanFailure;
     #[pymodule_export]

@@ -55,6 +55,32 @@ pub static QP_SOLUTION: Named = Named {
     class: PyOnceLock::new(),
 };
 
+/// What `one_joint_minimum` answers.
+pub static ONE_JOINT: Named = Named {
+    name: "OneJointMinimum",
+    fields: &["change", "value"],
+    doc: "The change of a joint [rad or m] that makes a cost least, and the cost there.",
+    class: PyOnceLock::new(),
+};
+
+/// What `CoordinateDescent.trace` answers.
+pub static DESCENT_TRACE: Named = Named {
+    name: "DescentTrace",
+    fields: &["cost", "q", "picks"],
+    doc: "Cost (k + 1,) and joints q (k + 1, n) [rad or m] before the first of k sweeps and after each, and the joints that algorithms 2 and 3 moved (k, n), \
+          -1 where none lowered the cost; (k, 0) for the others.",
+    class: PyOnceLock::new(),
+};
+
+/// What `CoordinateDescent.solve` answers.
+pub static DESCENT: Named = Named {
+    name: "DescentResult",
+    fields: &["q", "status", "position_error", "orientation_error", "iterations", "cost", "costs"],
+    doc: "Posture q (n,) [rad or m], why the sweeps ended, in words, the errors of the tool [m, rad], the number of sweeps, the cost there, and the cost before \
+          the first sweep and after each.",
+    class: PyOnceLock::new(),
+};
+
 /// What `Robot.singularity` answers.
 pub static SINGULARITY: Named = Named {
     name: "Singularity",
@@ -84,7 +110,8 @@ impl Named {
 
 /// Adds the classes to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY] {
+    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY, &ONE_JOINT, &DESCENT_TRACE, &DESCENT]
+    {
         module.add(named.name, named.class(module.py())?)?;
     }
     Ok(())

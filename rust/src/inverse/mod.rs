@@ -3,6 +3,7 @@
 mod analytic;
 mod any;
 mod coupled;
+pub mod descent;
 mod general;
 mod nearby;
 mod newton;

@@ -8,7 +8,7 @@
 mod arm;
 mod chain;
 mod padding;
-mod roots;
+pub(super) mod roots;
 mod search;
 mod six;
 mod verified;
