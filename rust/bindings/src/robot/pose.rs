@@ -180,7 +180,9 @@ pub fn read_method(name: &str) -> PyResult<Method> {
         "auto" => Method::Auto,
         "closed" => Method::Closed,
         "newton" => Method::Newton,
-        _ => return Err(Error::value("method", format!("{name:?}"), "\"auto\", \"closed\" or \"newton\"").into()),
+        "descent" => Method::Descent,
+        "hybrid" => Method::Hybrid,
+        _ => return Err(Error::value("method", format!("{name:?}"), "\"auto\", \"closed\", \"newton\", \"descent\" or \"hybrid\"").into()),
     })
 }
 
@@ -238,7 +240,11 @@ impl Asked<'_, '_> {
         ok(self.settings.check())?;
         let (n, targets) = (robot.n(), read_targets(target, &task)?);
         let solver = solvers.of(robot, self.limits)?;
-        let inverse = if task == Task::FULL && self.settings.method != Method::Newton { whole(robot, inverse).ok() } else { None };
+        let inverse = if task == Task::FULL && matches!(self.settings.method, Method::Auto | Method::Closed) {
+            whole(robot, inverse).ok()
+        } else {
+            None
+        };
         match targets {
             Targets::One(target) => {
                 let mut q0 = [0.0; MAX_JOINTS];

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::any::TaskInverse;
+use super::descent::{Cost, Goal as Wish, Order, descend, suggested_weights};
 use super::{Request, Structure, Wanted};
 use crate::error::{Error, Result, check_vector};
 use crate::kinematics::jacobian_at;
@@ -27,6 +28,8 @@ use goal::Goal;
 use nearest::nearest;
 use starts::Starts;
 
+/// Sweeps of coordinate descent ahead of Newton.
+const FIRST_SWEEPS: usize = 2;
 /// Starts that are enough where a pose is known to be out of reach.
 const OUT_OF_REACH: usize = 8;
 /// Starts after which all postures of six joints are eliminated.
@@ -49,6 +52,10 @@ pub enum Method {
     Closed,
     /// Damped Newton from one start after the other.
     Newton,
+    /// Sweeps of coordinate descent from the first start alone: slow near the target, and seldom the way to go ([`super::descent`]).
+    Descent,
+    /// A few sweeps from each start, then Newton.
+    Hybrid,
 }
 
 /// How far a search goes.
@@ -157,7 +164,13 @@ struct Search<'a> {
 impl PoseSolver {
     /// Of a robot, within its limits.
     pub fn new(robot: Arc<Robot>) -> Self {
-        Self { starts: Starts::new(&robot), length: robot.size(), robot }
+        let length = (2.0 * suggested_weights(&robot).1).sqrt();
+        Self { starts: Starts::new(&robot), length, robot }
+    }
+
+    /// L, the length at which an angle is as long as a way \[m\]: that of [`suggested_weights`].
+    pub fn length(&self) -> f64 {
+        self.length
     }
 
     /// The robot.
@@ -233,7 +246,7 @@ impl Search<'_> {
         let n = robot.n();
         let closed = inverse.filter(|inverse| *self.problem.goal.task == Task::FULL && has_closed_form(inverse));
         let mut restarts = settings.restarts;
-        if let (Some(inverse), true) = (closed, settings.method != Method::Newton) {
+        if let (Some(inverse), true) = (closed, matches!(settings.method, Method::Auto | Method::Closed)) {
             if let Some(pose) = self.listed(inverse) {
                 return pose;
             }
@@ -247,11 +260,17 @@ impl Search<'_> {
             start[i] = self.turned(i, start[i], start[i]).clamp(robot.limits().q_min[i], robot.limits().q_max[i]);
         }
         robot.limits().pull_inside(&mut start[..n]);
+        if settings.method == Method::Descent {
+            return self.sweep(start, settings.iterations);
+        }
         let mut costs = None;
         let mut random = RandomPostures::new(settings.seed);
         for attempts in 0..=restarts {
             self.attempts = attempts;
             self.problem.bounds.patient = attempts >= PATIENT_AFTER;
+            if settings.method == Method::Hybrid {
+                self.iterations += self.descend(&mut start[..n], FIRST_SWEEPS);
+            }
             if let Some(pose) = self.attempt(&start[..n]) {
                 return pose;
             }
@@ -317,6 +336,43 @@ impl Search<'_> {
     fn turned(&self, i: usize, x: f64, near: f64) -> f64 {
         let robot = &*self.solver.robot;
         if robot.is_periodic(i) { robot.limits().brought_back(i, nearest_turn(x, near)) } else { x }
+    }
+
+    /// Sweeps of coordinate descent from a posture, as long as they gain anything; how many.
+    #[inline(never)]
+    fn descend(&mut self, q: &mut [f64], most: usize) -> usize {
+        let (robot, square) = (self.problem.robot, self.problem.goal.length.powi(2));
+        let weight = if self.problem.goal.task.spin_axis().is_some() { square } else { 0.5 * square };
+        let Ok(goal) = Wish::of(self.problem.goal.task, &self.problem.goal.target, (1.0, weight)) else { return 0 };
+        let cost = Cost { goal, points: Vec::new(), centres: Vec::new() };
+        let mut last = f64::INFINITY;
+        for sweeps in 0..most {
+            let next = descend(robot, &cost, Some(robot.limits()), Order::EndToBase, 1, q);
+            if let Some(seen) = &mut self.seen {
+                seen.push(next);
+            }
+            let left = self.problem.goal.left(&jacobian_at(robot, q).0);
+            if self.problem.bounds.hold(&left) || next.is_nan() || next >= last {
+                return sweeps + 1;
+            }
+            last = next;
+        }
+        most
+    }
+
+    /// Coordinate descent alone.
+    #[cold]
+    fn sweep(&mut self, mut q: [f64; MAX_JOINTS], most: usize) -> Pose {
+        let robot = self.problem.robot;
+        let n = robot.n();
+        self.iterations = self.descend(&mut q[..n], most);
+        let end = nearest(&self.problem, &q[..n], 0, &mut None);
+        let outcome = match (self.problem.bounds.hold(&end.left), end.stationary) {
+            (true, _) => Outcome::Converged,
+            (_, true) => Outcome::Stationary,
+            _ => Outcome::OutOfIterations,
+        };
+        self.pose(q, end.left, outcome)
     }
 
     /// Newton from one start: the pose if it gets there.

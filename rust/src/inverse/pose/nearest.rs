@@ -59,8 +59,11 @@ pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut O
     q[..n].copy_from_slice(&start[..n]);
     let (mut added, mut nudges) = (0.0, 0);
     let mut here = model(robot, goal, &q[..n]);
-    let mut slope = f64::INFINITY;
     let bar = |cost: f64| (1.0 + cost.sqrt() / goal.length) * goal.length.powi(2);
+    let slope_of = |q: &Wide, here: &Model| {
+        let square = goal.length.powi(2);
+        square * largest(&Room::of(problem, &q[..n]).step(&here.g, &scaled(square, n)))
+    };
     let end = |q: Wide, here: &Model, slope: f64, steps: usize| Nearest {
         q,
         left: here.left,
@@ -70,7 +73,7 @@ pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut O
     };
     for steps in 0..most {
         let room = Room::of(problem, &q[..n]);
-        slope = goal.length.powi(2) * largest(&room.step(&here.g, &scaled(goal.length.powi(2), n)));
+        let slope = slope_of(&q, &here);
         if slope <= AIM * bar(here.cost) {
             if nudges == NUDGES || !nudge(problem, &here, &mut q) {
                 return end(q, &here, slope, steps);
@@ -102,7 +105,7 @@ pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut O
             }
         }
     }
-    end(q, &here, slope, most)
+    end(q, &here, slope_of(&q, &here), most)
 }
 
 /// Half the gradient and half the second derivative of the cost; by Gauss and Newton alone where the task is no distance of points and axes.
