@@ -13,6 +13,7 @@ mod results;
 mod robot;
 mod spare;
 mod task;
+mod volume;
 
 use pyo3::prelude::*;
 
@@ -69,6 +70,8 @@ mod _core {
     use super::robot::pose::{PyPoseSolution, PyPoseSolutions};
     #[pymodule_export]
     use super::task::PyTask;
+    #[pymodule_export]
+    use super::volume::PyVolume;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -19,7 +19,7 @@ pub use any::TaskInverse;
 pub(crate) use coupled::least_squares;
 pub use newton::{Reach, reach};
 pub(crate) use newton::{error_at, reach_holding, reach_sized};
-pub use pose::{Method, Outcome, Pose, PoseSolver, Settings};
+pub use pose::{Aim, Method, Outcome, Pose, PoseSolver, Settings};
 pub use postures::Postures;
 pub use request::{Batch, Request, Wanted};
 pub use singularity::{Singularity, singularity};

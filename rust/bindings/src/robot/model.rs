@@ -653,7 +653,7 @@ impl PyRobot {
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let task = task.map(|task| task.task);
+        let task = task.map(|task| task.plain("Robot.inverse").copied()).transpose()?;
         Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
     }
 
@@ -721,7 +721,7 @@ impl PyRobot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let method = pose::read_method(method)?;
         let settings = Settings { method, position: position_tolerance, orientation: orientation_tolerance, iterations, restarts, seed };
-        let asked = pose::Asked { q0, task: task.map(|task| task.task), limits, trace, settings };
+        let asked = pose::Asked { q0, task, limits, trace, settings };
         asked.answer(py, &self.robot, &self.poses, &self.inverse, target)
     }
 

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use redundancy::error::{Error, Result, check_finite};
-use redundancy::inverse::{Method, Pose, PoseSolver, Settings, TaskInverse};
+use redundancy::inverse::{Aim, Method, Pose, PoseSolver, Settings, TaskInverse};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{Limits, Robot};
 use redundancy::task::{Target, Task};
@@ -168,7 +168,7 @@ impl Solvers {
 /// What is asked beside the target.
 pub struct Asked<'a, 'py> {
     pub q0: Maybe<'a, 'py>,
-    pub task: Option<Task>,
+    pub task: Option<&'a PyTask>,
     pub limits: bool,
     pub trace: bool,
     pub settings: Settings,
@@ -192,7 +192,8 @@ enum Targets {
     Many(Vec<Target>),
 }
 
-fn read_targets(value: &Bound<'_, PyAny>, task: &Task) -> PyResult<Targets> {
+fn read_targets(value: &Bound<'_, PyAny>, aim: Aim) -> PyResult<Targets> {
+    let task = if aim.volume.is_some() { &Task::FULL } else { aim.task };
     let width = PyTask::width(task);
     let from = |numbers: &[f64]| if numbers.len() == 16 { PyTask::pose(numbers) } else { PyTask::target(task, numbers) };
     let dimensions = value.getattr("ndim").ok().and_then(|ndim| ndim.extract::<usize>().ok());
@@ -236,11 +237,12 @@ impl Asked<'_, '_> {
         inverse: &OnceLock<Result<TaskInverse>>,
         target: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let task = self.task.unwrap_or(Task::FULL);
+        let (task, volume) = self.task.map_or((&Task::FULL, None), |task| (&task.task, task.volume.as_ref()));
+        let aim = Aim { task, volume };
         ok(self.settings.check())?;
-        let (n, targets) = (robot.n(), read_targets(target, &task)?);
+        let (n, targets) = (robot.n(), read_targets(target, aim)?);
         let solver = solvers.of(robot, self.limits)?;
-        let inverse = if task == Task::FULL && matches!(self.settings.method, Method::Auto | Method::Closed) {
+        let inverse = if *task == Task::FULL && matches!(self.settings.method, Method::Auto | Method::Closed) {
             whole(robot, inverse).ok()
         } else {
             None
@@ -252,7 +254,7 @@ impl Asked<'_, '_> {
                     read_vector("q0", given, n, &mut q0)?;
                 }
                 let q0 = self.q0.map(|_| &q0[..n]);
-                let (pose, trace) = ok(solver.solve(inverse, &task, &target, q0, &self.settings, self.trace))?;
+                let (pose, trace) = ok(solver.solve(inverse, aim, &target, q0, &self.settings, self.trace))?;
                 Ok(Bound::new(py, PyPoseSolution { n, pose, trace })?.into_any())
             }
             Targets::Many(targets) => {
@@ -265,7 +267,7 @@ impl Asked<'_, '_> {
                 }
                 let q0 = self.q0.map(|_| &*q0);
                 let settings = self.settings;
-                let poses = py.detach(|| solver.solve_many(inverse, &task, &targets, q0, &settings));
+                let poses = py.detach(|| solver.solve_many(inverse, aim, &targets, q0, &settings));
                 Ok(Bound::new(py, PyPoseSolutions { n, poses: ok(poses)? })?.into_any())
             }
         }

@@ -98,7 +98,7 @@ pub(super) fn attempt<const C: usize>(problem: &Problem, start: &[f64], seen: &m
     for steps in 0..=bounds.steps {
         let (tool, columns) = jacobian::<C>(robot, &q[..n]);
         let left = goal.left(&tool);
-        let (rows, b, m) = goal.rows(&tool, &columns, &left);
+        let (rows, b, m) = goal.rows(&tool, &columns, &left, bounds.patient);
         let square: f64 = b.iter().map(|x| x * x).sum();
         if let Some(seen) = seen {
             seen.push(goal.cost(&left));

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::any::TaskInverse;
-use super::descent::{Cost, Goal as Wish, Order, descend, suggested_weights};
+use super::descent::{Cost, Order, descend, suggested_weights};
 use super::{Request, Structure, Wanted};
 use crate::error::{Error, Result, check_vector};
 use crate::kinematics::jacobian_at;
@@ -24,6 +24,7 @@ use crate::linalg::{MAX_JOINTS, with_capacity};
 use crate::robot::{RandomPostures, Robot, nearest_turn};
 use crate::task::{Target, Task};
 use attempt::{Attempt, Bounds, Problem, attempt};
+pub use goal::Aim;
 use goal::Goal;
 use nearest::nearest;
 use starts::Starts;
@@ -186,7 +187,7 @@ impl PoseSolver {
     pub fn solve(
         &self,
         inverse: Option<&TaskInverse>,
-        task: &Task,
+        aim: Aim,
         target: &Target,
         start: Option<&[f64]>,
         settings: &Settings,
@@ -204,12 +205,12 @@ impl PoseSolver {
         let bounds = Bounds { position: settings.position, orientation: settings.orientation, steps: settings.iterations, patient: false };
         let mut search = Search {
             solver: self,
-            problem: Problem::new(&self.robot, Goal::new(task, *target, self.length), bounds),
+            problem: Problem::new(&self.robot, Goal::new(aim, *target, self.length), bounds),
             start: from,
             ends: [None; CANDIDATES],
             iterations: 0,
             attempts: 0,
-            unreachable: self.is_too_far(task, target, settings),
+            unreachable: self.is_too_far(aim.task, target, settings),
             seen: trace.then(Vec::new),
         };
         let pose = search.run(inverse, settings);
@@ -220,7 +221,7 @@ impl PoseSolver {
     pub fn solve_many(
         &self,
         inverse: Option<&TaskInverse>,
-        task: &Task,
+        aim: Aim,
         targets: &[Target],
         starts: Option<&[f64]>,
         settings: &Settings,
@@ -228,7 +229,7 @@ impl PoseSolver {
         let n = self.robot.n();
         let one = |(i, target): (usize, &Target)| {
             let start = starts.map(|starts| if starts.len() == n { starts } else { starts.get(i * n..(i + 1) * n).unwrap_or_default() });
-            self.solve(inverse, task, target, start, settings, false).map(|(pose, _)| pose)
+            self.solve(inverse, aim, target, start, settings, false).map(|(pose, _)| pose)
         };
         targets.par_iter().enumerate().with_min_len(TOGETHER).map(one).collect()
     }
@@ -244,7 +245,7 @@ impl Search<'_> {
     fn run(&mut self, inverse: Option<&TaskInverse>, settings: &Settings) -> Pose {
         let robot = &*self.solver.robot;
         let n = robot.n();
-        let closed = inverse.filter(|inverse| *self.problem.goal.task == Task::FULL && has_closed_form(inverse));
+        let closed = inverse.filter(|inverse| self.problem.goal.whole && has_closed_form(inverse));
         let mut restarts = settings.restarts;
         if let (Some(inverse), true) = (closed, matches!(settings.method, Method::Auto | Method::Closed)) {
             if let Some(pose) = self.listed(inverse) {
@@ -276,8 +277,7 @@ impl Search<'_> {
             }
             if attempts == BEFORE_ELIMINATION
                 && closed.is_none()
-                && let Some(inverse) =
-                    inverse.filter(|_| n == 6 && settings.method == Method::Auto && *self.problem.goal.task == Task::FULL)
+                && let Some(inverse) = inverse.filter(|_| n == 6 && settings.method == Method::Auto && self.problem.goal.whole)
                 && let Some(pose) = self.listed(inverse)
             {
                 return pose;
@@ -313,7 +313,7 @@ impl Search<'_> {
         }
         if least == f64::INFINITY && (found.singular[..found.count].contains(&true) || (!limits.coupled.is_empty() && found.count > 0)) {
             // A joint that may be chosen may come within its limits, as another whole turn may within those on combinations.
-            let wanted = Wanted { task: *self.problem.goal.task, fixed: &[], limits: true, turns: false };
+            let wanted = Wanted { task: Task::FULL, fixed: &[], limits: true, turns: false };
             let ordered = Request::whole(inverse, wanted).solve(&frame, Some(near)).ok()?;
             let first = ordered.rows().next()?;
             if limits.contain(first) {
@@ -341,12 +341,11 @@ impl Search<'_> {
     /// Sweeps of coordinate descent from a posture, as long as they gain anything; how many.
     #[inline(never)]
     fn descend(&mut self, q: &mut [f64], most: usize) -> usize {
-        let (robot, square) = (self.problem.robot, self.problem.goal.length.powi(2));
-        let weight = if self.problem.goal.task.spin_axis().is_some() { square } else { 0.5 * square };
-        let Ok(goal) = Wish::of(self.problem.goal.task, &self.problem.goal.target, (1.0, weight)) else { return 0 };
-        let cost = Cost { goal, points: Vec::new(), centres: Vec::new() };
+        let (robot, goal) = (self.problem.robot, self.problem.goal.clone());
         let mut last = f64::INFINITY;
         for sweeps in 0..most {
+            let Some(goal) = goal.wish(&jacobian_at(robot, q).0) else { return sweeps };
+            let cost = Cost { goal, points: Vec::new(), centres: Vec::new() };
             let next = descend(robot, &cost, Some(robot.limits()), Order::EndToBase, 1, q);
             if let Some(seen) = &mut self.seen {
                 seen.push(next);

@@ -116,7 +116,7 @@ fn model(robot: &Robot, goal: &Goal, q: &[f64]) -> Model {
     let units: Wide = std::array::from_fn(|i| robot.joints().get(i).map_or(1.0, |joint| unit_of(*joint, goal.length)));
     let (mut g, mut h) = ([0.0; MAX_JOINTS], [[0.0; MAX_JOINTS]; MAX_JOINTS]);
     let Some(pairs) = goal.pairs(&tool) else {
-        let (rows, b, m) = goal.rows(&tool, &columns, &left);
+        let (rows, b, m) = goal.rows(&tool, &columns, &left, false);
         for i in 0..n {
             g[i] = -units[i] * (0..m).map(|r| rows[r][i] * b[r]).sum::<f64>();
             for k in 0..n {
