@@ -4,12 +4,13 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import frames, inverse, plans, projectors, qp, rest, urdf
+from tests.soak import frames, inverse, plans, poses, projectors, qp, rest, urdf
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
     "frames": frames.main,
     "plans": plans.main,
+    "poses": poses.main,
     "projectors": projectors.main,
     "qp": qp.main,
     "rest": rest.main,
