@@ -242,10 +242,12 @@ impl Asked<'_, '_> {
         ok(self.settings.check())?;
         let (n, targets) = (robot.n(), read_targets(target, aim)?);
         let solver = solvers.of(robot, self.limits)?;
-        let inverse = if *task == Task::FULL && matches!(self.settings.method, Method::Auto | Method::Closed) {
-            whole(robot, inverse).ok()
-        } else {
-            None
+        let whole_pose = *task == Task::FULL && volume.is_none();
+        let inverse = match self.settings.method {
+            Method::Auto if whole_pose => whole(robot, inverse).ok(),
+            Method::Closed if whole_pose => Some(ok(whole(robot, inverse))?),
+            Method::Closed => return Err(Error::value("method", "\"closed\"", "another one for a task that is not the whole pose").into()),
+            _ => None,
         };
         match targets {
             Targets::One(target) => {

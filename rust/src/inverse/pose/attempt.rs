@@ -92,7 +92,7 @@ pub(super) fn attempt<const C: usize>(problem: &Problem, start: &[f64], seen: &m
     let n = size::<C>(robot.n());
     let mut q = [0.0; C];
     q[..n].copy_from_slice(&start[..n]);
-    let mut best = Attempt { q, left: ([0.0; 3], [0.0; 3]), square: f64::INFINITY, steps: 0 };
+    let mut best = Attempt { q, left: ([f64::INFINITY; 3], [f64::INFINITY; 3]), square: f64::INFINITY, steps: 0 };
     let (every, part) = if problem.bounds.patient { PATIENT } else { GETS_ON };
     let (mut watched, mut reached) = (f64::INFINITY, false);
     for steps in 0..=bounds.steps {

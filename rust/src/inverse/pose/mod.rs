@@ -32,7 +32,7 @@ use starts::Starts;
 /// Sweeps of coordinate descent ahead of Newton.
 const FIRST_SWEEPS: usize = 2;
 /// Starts that are enough where a pose is known to be out of reach.
-const OUT_OF_REACH: usize = 8;
+const OUT_OF_REACH: usize = 24;
 /// Starts after which all postures of six joints are eliminated.
 const BEFORE_ELIMINATION: usize = 24;
 /// Starts after which each is given more time.
@@ -245,7 +245,8 @@ impl Search<'_> {
     fn run(&mut self, inverse: Option<&TaskInverse>, settings: &Settings) -> Pose {
         let robot = &*self.solver.robot;
         let n = robot.n();
-        let closed = inverse.filter(|inverse| self.problem.goal.whole && has_closed_form(inverse));
+        let all = inverse.filter(|_| self.problem.goal.whole);
+        let closed = all.filter(|inverse| settings.method == Method::Closed || has_closed_form(inverse));
         let mut restarts = settings.restarts;
         if let (Some(inverse), true) = (closed, matches!(settings.method, Method::Auto | Method::Closed)) {
             if let Some(pose) = self.listed(inverse) {
@@ -277,7 +278,7 @@ impl Search<'_> {
             }
             if attempts == BEFORE_ELIMINATION
                 && closed.is_none()
-                && let Some(inverse) = inverse.filter(|_| n == 6 && settings.method == Method::Auto && self.problem.goal.whole)
+                && let Some(inverse) = all.filter(|_| n == 6 && settings.method == Method::Auto)
                 && let Some(pose) = self.listed(inverse)
             {
                 return pose;

@@ -18,6 +18,9 @@ const AIM: f64 = 1e-11;
 const LARGEST_STEP: f64 = 0.5;
 /// A step is kept where the cost falls by this part of what was foretold.
 const KEPT: f64 = 1e-4;
+/// Where less than this part of the cost is foretold its rounding hides the fall: a step is kept where the slope falls, and the cost rises by rounding alone.
+const FLAT: f64 = 1e-9;
+const ROUNDING: f64 = 1e-13;
 /// Least curvature, over that of a unit turn at the length.
 const LEAST_CURVATURE: f64 = 1e-9;
 /// First curvature that is added where that of the cost is not positive or a step was refused.
@@ -94,7 +97,8 @@ pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut O
         if let Some(seen) = seen {
             seen.push(goal.cost(&there.left));
         }
-        if foretold > 0.0 && here.cost - there.cost >= KEPT * foretold {
+        let flat = foretold <= FLAT * here.cost && there.cost <= (1.0 + ROUNDING) * here.cost && slope_of(&trial, &there) < slope;
+        if foretold > 0.0 && (flat || here.cost - there.cost >= KEPT * foretold) {
             added *= 0.1;
             (q, here) = (trial, there);
         } else {
