@@ -32,16 +32,13 @@ mod _core {
     #[pymodule_export]
     use super::index::objective::PyObjective;
     #[pymodule_export]
-<<<<<<< HEAD
     use super::inverse::descent::PyCoordinateDescent;
     #[pymodule_export]
     use super::inverse::one_joint::one_joint_minimum;
-=======
     use super::orientation::{
         quaternion_about, quaternion_angle, quaternion_axis_angle, quaternion_conjugate, quaternion_from_matrix, quaternion_matrix,
         quaternion_product, quaternion_rotate,
     };
->>>>>>> h-volume
     #[pymodule_export]
     use super::plan::failure::PyPlanFailure;
     #[pymodule_export]
