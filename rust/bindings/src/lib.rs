@@ -35,6 +35,7 @@ mod _core {
     use super::inverse::descent::PyCoordinateDescent;
     #[pymodule_export]
     use super::inverse::one_joint::one_joint_minimum;
+    #[pymodule_export]
     use super::orientation::{
         quaternion_about, quaternion_angle, quaternion_axis_angle, quaternion_conjugate, quaternion_from_matrix, quaternion_matrix,
         quaternion_product, quaternion_rotate,
