@@ -73,7 +73,7 @@ mod _core {
     #[pymodule_export]
     use super::robot::controller::PyController;
     #[pymodule_export]
-    use super::robot::pose::{PyPoseSolution, PyPoseSolutions};
+    use super::robot::pose::PyPoseSolution;
     #[pymodule_export]
     use super::task::PyTask;
     #[pymodule_export]

@@ -665,10 +665,10 @@ impl PyRobot {
     ///     Where the tool has to be, in the base frame: poses, or targets of a task of `Task.target_size` k numbers (position and axis, or position).
     /// q0 : array_like, shape (n,) or (N, n), optional
     ///     Where the search starts, and what the answer is to be near to where there is a choice; the middle posture if not given.
-    /// method : {"auto", "closed", "newton"}
+    /// method : {"auto", "closed", "newton", "hybrid", "descent"}
     ///     "auto": the nearest of all postures where six joints have a closed form; else damped Newton from q0 and from postures whose tools are near
     ///     the target, and for six joints without a closed form elimination where that fails. "closed": the nearest of all postures, whatever they
-    ///     take. "newton": without a closed form.
+    ///     take. "newton": without a closed form. "hybrid": with two sweeps of coordinate descent from each start ahead. "descent": these alone, from q0.
     /// task : Task, optional
     ///     What of the pose matters; all if not given.
     /// limits : bool
@@ -686,11 +686,11 @@ impl PyRobot {
     ///
     /// Returns
     /// -------
-    /// PoseSolution or PoseSolutions
-    ///     Posture, status, errors, iterations and cost; of many targets arrays of them. The status is "converged" where both errors are within
+    /// PoseSolution
+    ///     ``q``, ``status``, ``position_error``, ``orientation_error``, ``iterations``, ``restarts``, ``cost`` and ``trace``; of many targets arrays of them. The status is "converged" where both errors are within
     ///     their tolerances. Else the posture is the nearest that was found, and the status "unreachable" where the pose is known to be out of reach (it is
     ///     farther away than the robot is long, or no posture of a closed form is within the limits), "stationary" where no small motion within the limits
-    ///     brings the tool nearer, as by the cost ``|dp|^2 + L^2/2 |R - R_d|_F^2`` with L the length of the robot, or "out of iterations".
+    ///     brings the tool nearer, by the cost ``|dp|^2 + L^2/2 |R - R_d|_F^2`` with L a third of the links in line, or "out of iterations".
     ///
     /// Raises
     /// ------

@@ -2,10 +2,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use redundancy::error::{Error, Result, check_finite};
-use redundancy::inverse::{Aim, Method, Pose, PoseSolver, Settings, TaskInverse};
+use redundancy::inverse::{Aim, Method, Outcome, Pose, PoseSolver, Settings, TaskInverse};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{Limits, Robot};
 use redundancy::task::{Target, Task};
@@ -16,135 +17,102 @@ use crate::robot::frames::Maybe;
 use crate::robot::inverse::whole;
 use crate::task::PyTask;
 
-/// The posture that `Robot.solve_pose` found for one pose, with what is left of the way to it.
+/// What `Robot.solve_pose` found: of one target numbers, of N targets arrays with a leading axis N.
 #[pyclass(name = "PoseSolution", frozen, module = "redundancy._core")]
 pub struct PyPoseSolution {
     n: usize,
-    pose: Pose,
+    /// One, or those of many targets.
+    poses: std::result::Result<Pose, Vec<Pose>>,
     trace: Vec<f64>,
+}
+
+impl PyPoseSolution {
+    /// A number, or an array of them.
+    fn each<'py, T: numpy::Element + IntoPyObject<'py>>(&self, py: Python<'py>, of: &dyn Fn(&Pose) -> T) -> PyResult<Bound<'py, PyAny>> {
+        match &self.poses {
+            Ok(pose) => Ok(of(pose).into_bound_py_any(py)?),
+            Err(many) => Ok(PyArray1::from_iter(py, many.iter().map(of)).into_any()),
+        }
+    }
 }
 
 #[pymethods]
 impl PyPoseSolution {
-    /// The posture, shape (n,) [rad or m].
-    #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, &self.pose.q[..self.n])
+    fn __len__(&self) -> PyResult<usize> {
+        match &self.poses {
+            Ok(_) => Err(pyo3::exceptions::PyTypeError::new_err("the solution of one pose has no len()").into()),
+            Err(many) => Ok(many.len()),
+        }
     }
 
-    /// "converged", "unreachable", "stationary" or "out of iterations".
+    /// The posture, shape (n,), or postures (N, n) [rad or m].
     #[getter]
-    fn status(&self) -> &'static str {
-        self.pose.outcome.name()
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match &self.poses {
+            Ok(pose) => Ok(vector(py, &pose.q[..self.n]).into_any()),
+            Err(many) => {
+                let numbers: Vec<f64> = many.iter().flat_map(|pose| &pose.q[..self.n]).copied().collect();
+                Ok(PyArray1::from_vec(py, numbers).reshape([many.len(), self.n])?.into_any())
+            }
+        }
+    }
+
+    /// "converged", "unreachable", "stationary" or "out of iterations"; of many targets a list of these.
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match &self.poses {
+            Ok(pose) => Ok(pose.outcome.name().into_bound_py_any(py)?),
+            Err(many) => Ok(many.iter().map(|pose| pose.outcome.name()).collect::<Vec<_>>().into_bound_py_any(py)?),
+        }
     }
 
     /// Distance of the tool point from the target, as far as the task looks at it [m].
     #[getter]
-    fn position_error(&self) -> f64 {
-        self.pose.position_error
+    fn position_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.each(py, &|pose| pose.position_error)
     }
 
-    /// Angle between the tool and the target, as far as the task looks at it [rad].
+    /// Angle between the tool and the target, or the nearest member of a volume, as far as the task looks at it [rad].
     #[getter]
-    fn orientation_error(&self) -> f64 {
-        self.pose.orientation_error
+    fn orientation_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.each(py, &|pose| pose.orientation_error)
     }
 
     /// Steps of all starts; 0 where a closed form gave the posture.
     #[getter]
-    fn iterations(&self) -> usize {
-        self.pose.iterations
+    fn iterations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.each(py, &|pose| pose.iterations as i64)
     }
 
     /// Starts beside the first one.
     #[getter]
-    fn restarts(&self) -> usize {
-        self.pose.restarts
+    fn restarts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.each(py, &|pose| pose.restarts as i64)
     }
 
-    /// The cost ``|dp|^2 + L^2/2 |R - R_d|_F^2`` that is left [m^2], L the length of the robot.
+    /// The cost ``|dp|^2 + L^2/2 |R - R_d|_F^2`` that is left [m^2], L a third of the links in line.
     #[getter]
-    fn cost(&self) -> f64 {
-        self.pose.cost
+    fn cost<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.each(py, &|pose| pose.cost)
     }
 
-    /// The cost at every posture that was looked at, in their order, one start after the other; empty unless asked for.
+    /// The cost at every posture that was looked at, in their order, one start after the other; empty unless asked for, of one target.
     #[getter]
     fn trace<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vector(py, &self.trace)
     }
 
     fn __repr__(&self) -> String {
-        let Pose { position_error, orientation_error, iterations, .. } = self.pose;
-        format!("PoseSolution({}, {position_error:.3e} m, {orientation_error:.3e} rad, {iterations} iterations)", self.status())
-    }
-}
-
-/// The postures that `Robot.solve_pose` found for N poses, with what is left of the way to each.
-#[pyclass(name = "PoseSolutions", frozen, module = "redundancy._core")]
-pub struct PyPoseSolutions {
-    n: usize,
-    poses: Vec<Pose>,
-}
-
-impl PyPoseSolutions {
-    fn each<'py, T: numpy::Element>(&self, py: Python<'py>, of: impl Fn(&Pose) -> T) -> Bound<'py, PyArray1<T>> {
-        PyArray1::from_iter(py, self.poses.iter().map(of))
-    }
-}
-
-#[pymethods]
-impl PyPoseSolutions {
-    fn __len__(&self) -> usize {
-        self.poses.len()
-    }
-
-    /// The postures, shape (N, n) [rad or m].
-    #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let numbers: Vec<f64> = self.poses.iter().flat_map(|pose| &pose.q[..self.n]).copied().collect();
-        Ok(PyArray1::from_vec(py, numbers).reshape([self.poses.len(), self.n])?)
-    }
-
-    /// The status of each, in words.
-    #[getter]
-    fn status(&self) -> Vec<&'static str> {
-        self.poses.iter().map(|pose| pose.outcome.name()).collect()
-    }
-
-    /// Distances of the tool point from the targets, shape (N,) [m].
-    #[getter]
-    fn position_error<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |pose| pose.position_error)
-    }
-
-    /// Angles between the tool and the targets, shape (N,) [rad].
-    #[getter]
-    fn orientation_error<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |pose| pose.orientation_error)
-    }
-
-    /// Steps of all starts of each, shape (N,).
-    #[getter]
-    fn iterations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.each(py, |pose| pose.iterations as i64)
-    }
-
-    /// Starts of each beside the first one, shape (N,).
-    #[getter]
-    fn restarts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.each(py, |pose| pose.restarts as i64)
-    }
-
-    /// The costs that are left, shape (N,) [m^2].
-    #[getter]
-    fn cost<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |pose| pose.cost)
-    }
-
-    fn __repr__(&self) -> String {
-        let reached = self.poses.iter().filter(|pose| pose.outcome == redundancy::inverse::Outcome::Converged).count();
-        format!("PoseSolutions({reached} of {} converged)", self.poses.len())
+        match &self.poses {
+            Ok(Pose { outcome, position_error, orientation_error, iterations, .. }) => {
+                let errors = format!("{position_error:.3e} m, {orientation_error:.3e} rad");
+                format!("PoseSolution({}, {errors}, {iterations} iterations)", outcome.name())
+            }
+            Err(many) => {
+                let reached = many.iter().filter(|pose| pose.outcome == Outcome::Converged).count();
+                format!("PoseSolution({reached} of {} converged)", many.len())
+            }
+        }
     }
 }
 
@@ -257,7 +225,7 @@ impl Asked<'_, '_> {
                 }
                 let q0 = self.q0.map(|_| &q0[..n]);
                 let (pose, trace) = ok(solver.solve(inverse, aim, &target, q0, &self.settings, self.trace))?;
-                Ok(Bound::new(py, PyPoseSolution { n, pose, trace })?.into_any())
+                Ok(Bound::new(py, PyPoseSolution { n, poses: Ok(pose), trace })?.into_any())
             }
             Targets::Many(targets) => {
                 let (q0, shape) =
@@ -270,7 +238,7 @@ impl Asked<'_, '_> {
                 let q0 = self.q0.map(|_| &*q0);
                 let settings = self.settings;
                 let poses = py.detach(|| solver.solve_many(inverse, aim, &targets, q0, &settings));
-                Ok(Bound::new(py, PyPoseSolutions { n, poses: ok(poses)? })?.into_any())
+                Ok(Bound::new(py, PyPoseSolution { n, poses: Err(ok(poses)?), trace: Vec::new() })?.into_any())
             }
         }
     }
