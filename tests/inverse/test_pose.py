@@ -243,7 +243,7 @@ VOLUMES = {
 @pytest.mark.parametrize("name", ["ur5e", "panda", "five", "general"])
 def test_volumes(volume: str, name: str) -> None:
     robot, allowed = of(name), VOLUMES[volume]()
-    members = allowed.samples(60, seed=1)
+    members = np.asarray(allowed.sample(60, seed=1))
     for k, (q, member) in enumerate(zip(robot.random_postures(60, seed=17), members, strict=True)):
         tool = robot.fk(q)
         # A frame for which the tool at q is a member: one that is reached.

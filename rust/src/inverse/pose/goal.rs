@@ -10,6 +10,8 @@ use crate::task::{OrientationVolume, Projector, Target, Task, rotation_vector};
 
 /// A tool this near to a volume \[rad\] is in it.
 const INSIDE: f64 = 1e-12;
+/// The turn of a difference \[rad\].
+const DIFFERENCE: f64 = 1e-6;
 
 /// What of a pose matters.
 #[derive(Debug, Clone, Copy)]
@@ -169,7 +171,18 @@ impl Goal<'_> {
 }
 
 impl Goal<'_> {
-    /// The same for a descent, with the member of a volume that is nearest to the tool; `None` for tasks that it does not know.
+    /// The derivative of [`Pairs::torque`] by turns of the tool about x, y and z: by differences in a volume, whose nearest member turns with the tool.
+    pub fn torque_rates(&self, tool: &Frame, pairs: &Pairs) -> [Vec3; 3] {
+        Frame::IDENTITY.axes.map(|axis| {
+            if self.aim.volume.is_none() {
+                return pairs.torque_rate(axis);
+            }
+            let turned = Frame { axes: tool.axes.map(|e| Frame::rotation(axis, DIFFERENCE).rotate(e)), ..*tool };
+            self.pairs(&turned).map_or([0.0; 3], |there| scale(1.0 / DIFFERENCE, sub(there.torque(), pairs.torque())))
+        })
+    }
+
+    /// The cost as a descent wants it, with the member of a volume that is nearest to the tool; `None` for tasks that it does not know.
     pub fn wish(&self, tool: &Frame) -> Option<Wish> {
         let square = self.length.powi(2);
         if let Some(volume) = self.aim.volume {

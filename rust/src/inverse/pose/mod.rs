@@ -276,9 +276,10 @@ impl Search<'_> {
             if let Some(pose) = self.attempt(&start[..n]) {
                 return pose;
             }
-            if attempts == BEFORE_ELIMINATION
+            // Fewer joints reach few poses: for them it is the last resort.
+            if attempts == if n == 6 { BEFORE_ELIMINATION.min(restarts) } else { restarts }
                 && closed.is_none()
-                && let Some(inverse) = all.filter(|_| n == 6 && settings.method == Method::Auto)
+                && let Some(inverse) = all.filter(|_| n <= 6 && settings.method == Method::Auto)
                 && let Some(pose) = self.listed(inverse)
             {
                 return pose;

@@ -85,7 +85,7 @@ pub(super) fn nearest(problem: &Search, start: &[f64], most: usize, seen: &mut O
             here = model(robot, goal, &q[..n]);
             continue;
         }
-        let h = convex(&here.h, n, &mut added, goal.length.powi(2));
+        let h = convex(&freed(problem, &here, &q), n, &mut added, goal.length.powi(2));
         let step = room.step(&here.g, &h);
         let mut trial = q;
         for i in 0..n {
@@ -133,13 +133,13 @@ fn model(robot: &Robot, goal: &Goal, q: &[f64]) -> Model {
     // The sizes are right: there is no error to hand on.
     let _ = first_derivative(robot, q, &mut bending[..6 * n * n]);
     let rate = |first: usize, i: usize, k: usize| -> Vec3 { std::array::from_fn(|r| bending[((first + r) * n + i) * n + k]) };
-    let (square, torque) = (goal.length.powi(2), pairs.torque());
+    let (square, torque, turned) = (goal.length.powi(2), pairs.torque(), goal.torque_rates(&tool, &pairs));
     for i in 0..n {
         let (w, v) = (columns.w[i], columns.v[i]);
         g[i] = -units[i] * (dot(v, left.1) + square * dot(w, torque));
         for k in 0..n {
             let along = dot(v, columns.v[k]) - dot(left.1, rate(3, i, k));
-            let about = dot(torque, rate(0, i, k)) + dot(w, pairs.torque_rate(columns.w[k]));
+            let about = dot(torque, rate(0, i, k)) + dot(w, weighted(&turned, columns.w[k]));
             h[i][k] = units[i] * units[k] * (along - square * about);
         }
     }
@@ -150,6 +150,11 @@ fn model(robot: &Robot, goal: &Goal, q: &[f64]) -> Model {
         }
     }
     Model { cost: goal.cost(&left), left, g, h }
+}
+
+/// Columns weighted and added.
+fn weighted(columns: &[Vec3; 3], by: Vec3) -> Vec3 {
+    std::array::from_fn(|r| (0..3).map(|k| columns[k][r] * by[k]).sum())
 }
 
 /// What the limits leave of a step, by joints in their units.
@@ -198,18 +203,25 @@ fn convex(h: &Square, n: usize, added: &mut f64, square: f64) -> Square {
     }
 }
 
+/// The second derivative of the joints that their limits do not hold: only these have to have a minimum.
+fn freed(problem: &Search, here: &Model, q: &Wide) -> Square {
+    let (limits, n, square) = (problem.robot.limits(), problem.robot.n(), problem.goal.length.powi(2));
+    let mut h = here.h;
+    for i in (0..n).filter(|i| problem.turning >> i & 1 == 0) {
+        if (q[i] <= limits.q_min[i] && here.g[i] > 0.0) || (q[i] >= limits.q_max[i] && here.g[i] < 0.0) {
+            (0..n).for_each(|k| (h[i][k], h[k][i]) = (0.0, 0.0));
+            h[i][i] = square;
+        }
+    }
+    h
+}
+
 /// Moves a stationary posture that is no minimum of its free joints a little; whether it is such a one.
 fn nudge(problem: &Search, here: &Model, q: &mut Wide) -> bool {
     let Search { robot, goal, .. } = problem;
     let (limits, n) = (robot.limits(), robot.n());
-    let mut free = here.h;
-    for i in 0..n {
-        let held = (q[i] <= limits.q_min[i] && here.g[i] > 0.0) || (q[i] >= limits.q_max[i] && here.g[i] < 0.0);
-        if held && problem.turning >> i & 1 == 0 {
-            (0..n).for_each(|k| (free[i][k], free[k][i]) = (0.0, 0.0));
-        }
-        free[i][i] += goal.length.powi(2) * SADDLE;
-    }
+    let mut free = freed(problem, here, q);
+    (0..n).for_each(|i| free[i][i] += goal.length.powi(2) * SADDLE);
     if !limits.coupled.is_empty() || Cholesky::new(&free, n).is_some() {
         return false;
     }
