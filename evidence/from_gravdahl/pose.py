@@ -1,13 +1,15 @@
 """Ways to a pose beside each other: ``python -m evidence.from_gravdahl.pose [--write | --check]``.
 
-Prints the tables of docs/pose.md, each between two marks. With --write it puts them into the page. With --check it tells, by its exit status, whether the page shows
-all but the table with times, which are of the machine that runs it. Peers are timed where they are installed (dependency group ``pose``).
+Prints the tables of docs/pose.md, each between two marks. With --write it puts them into the page. With --check it
+tells, by its exit status, whether the page shows all but the table with times, which are of the machine that runs it.
+Peers are timed where they are installed (dependency group ``pose``).
 """
 
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from time import perf_counter_ns
+from typing import Any
 
 import numpy as np
 import redundancy as rd
@@ -30,8 +32,8 @@ SEED = 15
 def general() -> rd.Robot:
     """Return six revolute joints without any special geometry: a DH table of random numbers, rounded."""
     rng = np.random.default_rng(SEED)
-    lengths, angles = rng.uniform(-0.4, 0.4, (2, 6)).round(2), rng.uniform(-3.0, 3.0, (2, 6)).round(2)
-    return rd.Robot.from_dh(*lengths, *angles, q_min=[-np.pi] * 6, q_max=[np.pi] * 6, name="general 6R")
+    (a, d), (alpha, theta) = rng.uniform(-0.4, 0.4, (2, 6)).round(2), rng.uniform(-3.0, 3.0, (2, 6)).round(2)
+    return rd.Robot.from_dh(a, d, alpha, theta, q_min=[-np.pi] * 6, q_max=[np.pi] * 6, name="general 6R")
 
 
 def robots() -> list[rd.Robot]:
@@ -74,12 +76,12 @@ def ours(robot: rd.Robot, method: str, poses: F64) -> Tally:
         found = robot.solve_pose(pose, None, method)
         tally.nanoseconds.append(perf_counter_ns() - began)
         tally.reached += found.status == "converged" and is_reached(robot, found.q, pose)
-        tally.steps.append(found.iterations)
-        tally.restarts.append(found.restarts)
+        tally.steps.append(int(found.iterations))
+        tally.restarts.append(int(found.restarts))
     return tally
 
 
-ALGORITHMS = {
+ALGORITHMS: dict[str, dict[str, Any]] = {
     "1, end to base": {"algorithm": 1},
     "1, double": {"algorithm": 1, "order": "double"},
     "2, largest decrease": {"algorithm": 2},
@@ -90,11 +92,11 @@ ALGORITHMS = {
 }
 
 
-def swept(robot: rd.Robot, settings: dict[str, object], poses: F64) -> Tally:
+def swept(robot: rd.Robot, settings: dict[str, Any], poses: F64) -> Tally:
     """Solve poses by one of the descent algorithms, each from the middle posture."""
     tally = Tally()
     for pose in poses:
-        found = rd.CoordinateDescent(robot, pose, **settings).solve(robot.middle, SWEEPS)  # type: ignore[arg-type]
+        found = rd.CoordinateDescent(robot, pose, **settings).solve(robot.middle, SWEEPS)
         tally.reached += is_reached(robot, found.q, pose)
         tally.steps.append(found.iterations)
     return tally
@@ -113,7 +115,16 @@ def reached() -> str:
         for method in ("auto", "newton", "hybrid"):
             tally = ours(robot, method, poses)
             steps, most = f"{np.mean(tally.steps):.1f}", max(tally.restarts)
-            rows.append([robot.name, f'"{method}"', f"{tally.reached} of {POSES}", steps, f"{np.mean(tally.restarts):.2f}", most])
+            rows.append(
+                [
+                    robot.name,
+                    f'"{method}"',
+                    f"{tally.reached} of {POSES}",
+                    steps,
+                    f"{np.mean(tally.restarts):.2f}",
+                    most,
+                ]
+            )
     return table(["robot", "method", "reached", "steps, mean", "restarts, mean", "most"], rows)
 
 
@@ -133,7 +144,14 @@ def timed() -> str:
     for robot in robots():
         poses = poses_of(robot, POSES)
         for method in ("auto", "newton", "hybrid"):
-            rows.append([robot.name, f'"{method}"', f"{ours(robot, method, poses).reached} of {POSES}", ours(robot, method, poses).microseconds])
+            rows.append(
+                [
+                    robot.name,
+                    f'"{method}"',
+                    f"{ours(robot, method, poses).reached} of {POSES}",
+                    ours(robot, method, poses).microseconds,
+                ]
+            )
         if robot.name in ("ur5e", "panda"):
             rows += peer_rows(robot, poses)
     return table(["robot", "solver", "reached", "us a pose, median"], rows)

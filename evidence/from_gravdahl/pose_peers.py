@@ -1,10 +1,9 @@
-"""Other packages that solve poses, on the same robots: each gets the chain as a URDF file or as frames, with the same limits."""
+"""Other packages that solve poses, on the same robots: chains as a URDF file or as frames, with the same limits."""
 
 import importlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,7 +11,7 @@ import redundancy as rd
 from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
-Solve = Callable[[F64, F64], Any]
+Solve = Callable[[F64, F64], F64 | None]
 """From a pose and a start to a posture, or None."""
 
 
@@ -27,7 +26,11 @@ def urdf(robot: rd.Robot) -> str:
         kind = "revolute" if i < robot.n else "fixed"
         joint = ElementTree.SubElement(root, "joint", name=f"joint{i + 1}", type=kind)
         r = frame[:3, :3]
-        angles = np.arctan2(r[2, 1], r[2, 2]), np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])), np.arctan2(r[1, 0], r[0, 0])
+        angles = (
+            np.arctan2(r[2, 1], r[2, 2]),
+            np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])),
+            np.arctan2(r[1, 0], r[0, 0]),
+        )
         words = [" ".join(f"{x:.17g}" for x in numbers) for numbers in (frame[:3, 3], angles)]
         ElementTree.SubElement(joint, "origin", xyz=words[0], rpy=words[1])
         ElementTree.SubElement(joint, "parent", link=links[i])
@@ -46,11 +49,11 @@ def toolbox(robot: rd.Robot) -> Solve:
     for frame, low, high in zip(robot.links, robot.q_min, robot.q_max, strict=True):
         parts += [toolbox.ET.SE3(frame), toolbox.ET.Rz(qlim=[low, high])]
     chain = toolbox.ETS([*parts, toolbox.ET.SE3(robot.flange @ robot.tool)])
-    return lambda pose, q0: chain.ik_LM(pose, q0=q0, tol=1e-10)[0]
+    return lambda pose, q0: np.asarray(chain.ik_LM(pose, q0=q0, tol=1e-10)[0])
 
 
 def optik(robot: rd.Robot) -> Solve:
-    """Return optik, one thread, the first answer in 20 ms, tolerance 1e-11 (with that of its own it misses most by more than 1e-4 m)."""
+    """Return optik, one thread, the first answer in 20 ms; by its own tolerance it misses most by more than 1e-4 m."""
     module = importlib.import_module("optik")
     with TemporaryDirectory() as folder:
         path = Path(folder) / "robot.urdf"
@@ -59,9 +62,9 @@ def optik(robot: rd.Robot) -> Solve:
     chain.set_parallelism(1)
     config = module.SolverConfig(solution_mode="speed", max_time=0.02, tol_f=1e-11)
 
-    def solve(pose: F64, q0: F64) -> Any:
+    def solve(pose: F64, q0: F64) -> F64 | None:
         found = chain.ik(config, pose, q0)
-        return None if found is None else found[0]
+        return None if found is None else np.array(found[0])
 
     return solve
 
@@ -71,7 +74,7 @@ def tracik(robot: rd.Robot) -> Solve:
     module = importlib.import_module("pytracik")
     solver = module.TRAC_IK("base", "tip", urdf(robot), 0.005, 1e-5, module.SolveType.Speed)
 
-    def solve(pose: F64, q0: F64) -> Any:
+    def solve(pose: F64, q0: F64) -> F64 | None:
         found = np.asarray(module.ik(solver, q0, *pose[:3, 3], *quaternion(pose[:3, :3])))
         if found.size == robot.n + 1:
             return found[1:] if found[0] >= 0 else None
@@ -81,7 +84,7 @@ def tracik(robot: rd.Robot) -> Solve:
 
 
 def quaternion(r: F64) -> F64:
-    """Return the quaternion of a rotation, scalar last: the eigenvector of its largest eigenvalue (Bar-Itzhack 2000)."""
+    """Return the quaternion of a rotation, scalar last: an eigenvector (Bar-Itzhack 2000)."""
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = r
     k = [
         [xx - yy - zz, yx + xy, zx + xz, zy - yz],

@@ -28,8 +28,8 @@ def errors(robot: rd.Robot, q: F64, pose: F64) -> tuple[float, float]:
 def general(seed: int, n: int = 6, half: float = np.pi) -> rd.Robot:
     """Return a robot of n revolute joints with any DH table."""
     rng = np.random.default_rng(seed)
-    lengths, angles = rng.uniform(-0.4, 0.4, (2, n)), rng.uniform(-np.pi, np.pi, (2, n))
-    return rd.Robot.from_dh(*lengths, *angles, q_min=[-half] * n, q_max=[half] * n)
+    (a, d), (alpha, theta) = rng.uniform(-0.4, 0.4, (2, n)), rng.uniform(-np.pi, np.pi, (2, n))
+    return rd.Robot.from_dh(a, d, alpha, theta, q_min=[-half] * n, q_max=[half] * n)
 
 
 def narrow() -> rd.Robot:
@@ -46,6 +46,13 @@ def gantry(joints: str = "PPPRR") -> rd.Robot:
     theta = [0.0, quarter, 0.0, 0.0, 0.0, 0.0][:n]
     low, high = [0.0] * 3 + [-3.0] * (n - 3), [1.0] * 3 + [3.0] * (n - 3)
     return rd.Robot.from_dh([0.0] * n, [0.1] * n, alpha, theta, joints=joints, q_min=low, q_max=high)
+
+
+def elbow(**more: Any) -> rd.Robot:
+    """Return an arm with an elbow and a wrist, within three radians."""
+    lengths = [0.0, 0.4, 0.05, 0.0, 0.0, 0.0], [0.3, 0.0, 0.0, 0.4, 0.0, 0.1]
+    alpha = np.array([1, 0, 1, -1, 1, 0]) * np.pi / 2
+    return rd.Robot.from_dh(*lengths, alpha, [0.0] * 6, **{"q_min": [-3.0] * 6, "q_max": [3.0] * 6, **more})
 
 
 def rail() -> rd.Robot:
@@ -191,12 +198,7 @@ def test_descent_is_slower_than_newton_and_says_so() -> None:
 
 
 def test_joints_that_follow_others_and_limits_on_combinations() -> None:
-    n, quarter = 6, np.pi / 2
-    table = ([0.0, 0.4, 0.05, 0.0, 0.0, 0.0], [0.3, 0.0, 0.0, 0.4, 0.0, 0.1], [quarter, 0.0, quarter, -quarter, quarter, 0.0])
-    limits = {"q_min": [-3.0] * n, "q_max": [3.0] * n}
-    following = rd.Robot.from_dh(*table, [0.0] * n, mimic={2: (1, -1.0, 0.5)}, **limits)
-    combined = rd.Robot.from_dh(*table, [0.0] * n, coupled=[({1: 1.0, 2: 1.0}, -1.0, 1.0)], **limits)
-    for robot in (following, combined):
+    for robot in (elbow(mimic={2: (1, -1.0, 0.5)}), elbow(coupled=[({1: 1.0, 2: 1.0}, -1.0, 1.0)])):
         poses = robot.fk(robot.random_postures(100, seed=15))
         found = robot.solve_pose(poses)
         assert found.status == ["converged"] * 100
@@ -214,11 +216,18 @@ def test_without_limits() -> None:
     assert rail_only.solve_pose(rail_only.fk([7.0])).q.round(3).tolist() == [7.0]
 
 
-@pytest.mark.parametrize("kind", ["axisymmetric", "position", "line"])
+TASKS = {
+    "axisymmetric": rd.Task.axisymmetric(),
+    "position": rd.Task.position(),
+    "line": rd.Task(("line", [0, 0, 1.0])),
+}
+
+
+@pytest.mark.parametrize("kind", TASKS)
 @pytest.mark.parametrize("name", ["ur5e", "panda", "five", "planar_4r", "PPPRR"])
 def test_tasks(kind: str, name: str) -> None:
     robot = of(name)
-    task = {"axisymmetric": rd.Task.axisymmetric(), "position": rd.Task.position(), "line": rd.Task(("line", [0, 0, 1.0]))}[kind]
+    task = TASKS[kind]
     for q in robot.random_postures(50, seed=16):
         pose = robot.fk(q)
         rows = {6: np.r_[pose[:3, 3], pose[:3, 2]], 3: pose[:3, 3], 12: np.r_[pose[:3, 3], pose[:3, :3].ravel()]}
@@ -298,7 +307,15 @@ def test_wrong_arguments_are_refused_by_name(case: str) -> None:
         rd.robots.get("ur5e").solve_pose(**{"target": POSE, **arguments})
 
 
-@pytest.mark.parametrize("form", [lambda x: x.tolist(), np.asfortranarray, lambda x: x.astype(np.float32).astype(float), lambda x: np.flip(np.flip(x))])
+@pytest.mark.parametrize(
+    "form",
+    [
+        lambda x: x.tolist(),
+        np.asfortranarray,
+        lambda x: x.astype(np.float32).astype(float),
+        lambda x: np.flip(np.flip(x)),
+    ],
+)
 def test_forms_of_a_pose(form: Any) -> None:
     robot = rd.robots.get("ur5e")
     pose = POSE.copy()
@@ -313,9 +330,9 @@ def test_random_robots_of_any_joints(seed: int, n: int, method: str) -> None:
     rng = np.random.default_rng(seed)
     joints = "".join(rng.choice(list("RRRP"), n))
     low = rng.uniform(-4.0, 0.0, n)
-    robot = rd.Robot.from_dh(
-        *rng.uniform(-0.5, 0.5, (2, n)), *rng.uniform(-np.pi, np.pi, (2, n)), joints=joints, q_min=low, q_max=low + rng.uniform(0.5, 7.0, n)
-    )
+    high = low + rng.uniform(0.5, 7.0, n)
+    (a, d), (alpha, theta) = rng.uniform(-0.5, 0.5, (2, n)), rng.uniform(-np.pi, np.pi, (2, n))
+    robot = rd.Robot.from_dh(a, d, alpha, theta, joints=joints, q_min=low, q_max=high)
     poses = robot.fk(robot.random_postures(5, seed=seed))
     found = robot.solve_pose(poses, method=method)
     assert robot.within_limits(found.q).all()

@@ -7,7 +7,7 @@ import pytest
 import redundancy as rd
 from scipy.optimize import minimize
 
-from tests.inverse.test_pose import angle, of
+from tests.inverse.test_pose import angle, elbow, of
 from tests.reference.chain import F64
 
 SHORT = ("unreachable", "stationary")
@@ -31,11 +31,12 @@ def cost_of(robot: rd.Robot, pose: F64) -> Callable[[F64], float]:
 
 
 def slope(robot: rd.Robot, cost: Callable[[F64], float], q: F64) -> float:
-    """Return the largest component of the gradient of a cost, by differences, that the limits leave; joints that turn once round have none."""
+    """Return the largest component of the gradient of a cost that limits leave, by differences."""
     worst, h = 0.0, 1e-5
     for i in range(robot.n):
         step = np.eye(robot.n)[i] * h
         gradient = (cost(q + step) - cost(q - step)) / (2.0 * h)
+        # A joint that turns once round is not stopped.
         once_round = robot.periodic[i] and robot.q_max[i] - robot.q_min[i] >= 2.0 * np.pi - 1e-9
         held = (q[i] <= robot.q_min[i] + 1e-9 and gradient > 0.0) or (q[i] >= robot.q_max[i] - 1e-9 and gradient < 0.0)
         if once_round or not held:
@@ -60,7 +61,10 @@ def out_of_reach(robot: rd.Robot, kind: str, seed: int) -> F64:
 
 
 @pytest.mark.parametrize("kind", ["far", "just", "outwards"])
-@pytest.mark.parametrize("name", ["ur5e", "fanuc_m710ic50", "panda", "stanford_arm", "general", "five", "eight", "PPPRR", "rail", "planar_3r"])
+@pytest.mark.parametrize(
+    "name",
+    ["ur5e", "fanuc_m710ic50", "panda", "stanford_arm", "general", "five", "eight", "PPPRR", "rail", "planar_3r"],
+)
 def test_the_nearest_posture_is_stationary_and_not_called_converged(name: str, kind: str) -> None:
     robot = of(name)
     for seed in range(12):
@@ -137,12 +141,7 @@ def test_a_volume_comes_nearer_than_its_middle() -> None:
 
 @pytest.mark.parametrize("method", ["newton", "hybrid", "closed", "auto"])
 def test_limits_on_combinations_hold_out_of_reach(method: str) -> None:
-    robot = rd.Robot.from_dh(
-        *([0.0, 0.4, 0.05, 0.0, 0.0, 0.0], [0.3, 0.0, 0.0, 0.4, 0.0, 0.1], np.array([1, 0, 1, -1, 1, 0]) * np.pi / 2, [0.0] * 6),
-        q_min=[-3.0] * 6,
-        q_max=[3.0] * 6,
-        coupled=[({1: 1.0, 2: 1.0}, -1.0, 1.0)],
-    )
+    robot = elbow(coupled=[({1: 1.0, 2: 1.0}, -1.0, 1.0)])
     for seed in range(10):
         found = robot.solve_pose(out_of_reach(robot, "outwards", seed), method=method)
         assert robot.within_limits(found.q)

@@ -1,8 +1,9 @@
 """Poses solved at length: `python -m tests.soak poses` prints a table and fails if a pose is missed.
 
-Of every robot of the package and of random ones, poses of random postures within the limits, a tenth of them with joints on their limits and a tenth with joints at
-zero, where arms are singular. The bars: every pose is reached from the middle posture to 1e-4 m and 1e-3 rad, as measured by the forward kinematics, within
-the limits; poses out of reach end where no small motion within the limits brings the tool nearer, and are not called converged.
+Of every robot of the package and of random ones, poses of random postures within the limits, a tenth of them with
+joints on their limits and a tenth with joints at zero, where arms are singular. The bars: every pose is reached from
+the middle posture to 1e-4 m and 1e-3 rad, as measured by the forward kinematics, within the limits; poses out of reach
+end where no small motion within the limits brings the tool nearer, and are not called converged.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from time import perf_counter
 import numpy as np
 import redundancy as rd
 
+from evidence.pages import table
 from tests.inverse.test_pose import ORIENTATION, OTHERS, POSITION, errors, general
 from tests.inverse.test_pose_nearest import cost_of, length, out_of_reach, slope
 from tests.reference.chain import F64
@@ -26,6 +28,7 @@ FEW = 500
 SHORT = 200
 """Poses out of reach of each robot."""
 STATIONARY = 1e-6
+HEAD = ["robot", "poses", "missed", "us a pose", "most restarts", "out of reach", "not nearest"]
 
 
 def robots(arms: int, seed: int) -> Iterator[tuple[str, rd.Robot, int]]:
@@ -60,7 +63,7 @@ def missed(robot: rd.Robot, count: int, seed: int) -> tuple[int, float, int]:
         position, orientation = errors(robot, found.q, pose)
         reached = found.status == "converged" and position <= POSITION and orientation <= ORIENTATION
         wrong += not (reached and robot.within_limits(found.q))
-        most = max(most, found.restarts)
+        most = max(most, int(found.restarts))
     return wrong, 1e6 * float(np.median(times)), most
 
 
@@ -80,7 +83,7 @@ def not_nearest(robot: rd.Robot, count: int, seed: int) -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Run the soak; return 1 if a bar was missed."""
     options = scaled(__doc__.partition("\n")[0], "poses", arguments)
-    sys.stdout.write("| robot | poses | missed | us a pose | most restarts | out of reach | not nearest |\n|---|--:|--:|--:|--:|--:|--:|\n")
+    sys.stdout.write(table(HEAD, []) + "\n")
     failed = 0
     for name, robot, poses in robots(max(1, round(ARMS * options.scale)), options.seed):
         count, short = max(20, round(poses * options.scale)), max(9, round(SHORT * options.scale))

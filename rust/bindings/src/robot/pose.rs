@@ -14,7 +14,7 @@ use redundancy::task::{Target, Task};
 use crate::array::{RowOrMatrix, ok, read_any, read_row_or_matrix, read_vector, shape_of, vector};
 use crate::errors::PyResult;
 use crate::robot::frames::Maybe;
-use crate::robot::inverse::whole;
+use crate::robot::inverse::{made, whole};
 use crate::task::PyTask;
 
 /// What `Robot.solve_pose` found: of one target numbers, of N targets arrays with a leading axis N.
@@ -212,7 +212,7 @@ impl Asked<'_, '_> {
         let solver = solvers.of(robot, self.limits)?;
         let whole_pose = *task == Task::FULL && volume.is_none();
         let inverse = match self.settings.method {
-            Method::Auto if whole_pose => whole(robot, inverse).ok(),
+            Method::Auto if whole_pose => made(robot, inverse).as_ref().ok(),
             Method::Closed if whole_pose => Some(ok(whole(robot, inverse))?),
             Method::Closed => return Err(Error::value("method", "\"closed\"", "another one for a task that is not the whole pose").into()),
             _ => None,
