@@ -73,6 +73,8 @@ mod _core {
     #[pymodule_export]
     use super::robot::controller::PyController;
     #[pymodule_export]
+    use super::robot::pose::PyPoseSolution;
+    #[pymodule_export]
     use super::task::PyTask;
     #[pymodule_export]
     use super::volume::PyVolume;

@@ -105,7 +105,7 @@ fn turn(from: Vec3, to: Vec3) -> Vec3 {
 }
 
 /// The rotation vector that turns the axes `from` onto the axes `to`.
-pub(super) fn rotation_vector(from: &[Vec3; 3], to: &[Vec3; 3]) -> Vec3 {
+pub(crate) fn rotation_vector(from: &[Vec3; 3], to: &[Vec3; 3]) -> Vec3 {
     // Twice the sine times the axis is the sum of cross products of corresponding axes.
     let double = add(add(cross(from[0], to[0]), cross(from[1], to[1])), cross(from[2], to[2]));
     let sine = 0.5 * norm(double);

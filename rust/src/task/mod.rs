@@ -35,6 +35,7 @@ pub mod volume;
 
 pub use constraint::Constraint;
 pub use directions::Directions;
+pub(crate) use error::rotation_vector;
 pub use projector::Projector;
 pub use volume::OrientationVolume;
 

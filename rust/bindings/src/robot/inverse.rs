@@ -91,7 +91,12 @@ impl Asked<'_, '_> {
 
 /// The solver of whole frames, made when first asked for.
 pub fn whole<'a>(robot: &Arc<Robot>, solver: &'a OnceLock<Result<TaskInverse>>) -> Result<&'a TaskInverse> {
-    solver.get_or_init(|| TaskInverse::new(robot.clone(), Task::FULL)).as_ref().map_err(Clone::clone)
+    made(robot, solver).as_ref().map_err(Clone::clone)
+}
+
+/// The same, or why there is none.
+pub fn made<'a>(robot: &Arc<Robot>, solver: &'a OnceLock<Result<TaskInverse>>) -> &'a Result<TaskInverse> {
+    solver.get_or_init(|| TaskInverse::new(robot.clone(), Task::FULL))
 }
 
 /// The posture to be near to, or one for each pose.

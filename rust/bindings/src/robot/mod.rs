@@ -7,6 +7,7 @@ mod inverse;
 pub mod joint_limits;
 mod mimic;
 mod model;
+pub mod pose;
 mod tables;
 
 pub use model::PyRobot;

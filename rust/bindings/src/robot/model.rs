@@ -10,6 +10,7 @@ use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 
 use super::controller::{self, PyController};
 use super::inverse::{Asked, read_fixed, whole};
+use super::pose;
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
 use crate::results::SINGULARITY;
@@ -20,7 +21,7 @@ use crate::robot::mimic::{self, chain_letters, read_joints};
 use crate::robot::tables::{dictionary, read_table, rebuilt_from};
 use crate::task::PyTask;
 use redundancy::error::Result;
-use redundancy::inverse::{ArmAngle, Structure, TaskInverse, branch, singularity};
+use redundancy::inverse::{ArmAngle, Settings, Structure, TaskInverse, branch, singularity};
 use redundancy::kinematics::{first_derivative, forward_into, jacobian_into, jacobian_rate, link_frames, second_derivative};
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::robot::{AT_LIMIT, RandomPostures, Robot, UrdfChain, parse_joints};
@@ -43,6 +44,7 @@ pub struct PyRobot {
     pub robot: Arc<Robot>,
     /// Made when first asked for.
     inverse: OnceLock<Result<TaskInverse>>,
+    poses: pose::Solvers,
 }
 
 impl PartialEq for PyRobot {
@@ -53,7 +55,7 @@ impl PartialEq for PyRobot {
 
 impl From<Robot> for PyRobot {
     fn from(robot: Robot) -> Self {
-        Self { robot: Arc::new(robot), inverse: OnceLock::new() }
+        Self { robot: Arc::new(robot), inverse: OnceLock::new(), poses: pose::Solvers::default() }
     }
 }
 
@@ -653,6 +655,74 @@ impl PyRobot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let task = task.map(|task| task.plain("Robot.inverse").copied()).transpose()?;
         Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
+    }
+
+    /// One posture that takes the tool to a pose, or as near to it as may be; one each of many.
+    ///
+    /// Parameters
+    /// ----------
+    /// target : array_like, shape (4, 4) or (N, 4, 4), or (k,) or (N, k)
+    ///     Where the tool has to be, in the base frame: poses, or targets of a task of `Task.target_size` k numbers (position and axis, or position).
+    /// q0 : array_like, shape (n,) or (N, n), optional
+    ///     Where the search starts, and what the answer is to be near to where there is a choice; the middle posture if not given.
+    /// method : {"auto", "closed", "newton", "hybrid", "descent"}
+    ///     "auto": the nearest of all postures where six joints have a closed form; else damped Newton from q0 and from postures whose tools are near
+    ///     the target, and for six joints without a closed form elimination where that fails. "closed": the nearest of all postures, whatever they
+    ///     take. "newton": without a closed form. "hybrid": with two sweeps of coordinate descent from each start ahead. "descent": these alone, from q0.
+    /// task : Task, optional
+    ///     What of the pose matters; all if not given.
+    /// limits : bool
+    ///     Whether the posture is held within the position limits.
+    /// position_tolerance, orientation_tolerance : float
+    ///     Errors [m, rad] at which the pose is reached. As a rule what is left is far less.
+    /// iterations : int
+    ///     Steps from one start at most.
+    /// restarts : int
+    ///     Starts beside q0 at most.
+    /// seed : int
+    ///     Of the random starts: the same seed, the same answer.
+    /// trace : bool
+    ///     Whether to keep the cost at every posture on the way (of one target).
+    ///
+    /// Returns
+    /// -------
+    /// PoseSolution
+    ///     ``q``, ``status``, ``position_error``, ``orientation_error``, ``iterations``, ``restarts``, ``cost`` and ``trace``; of many targets arrays of them. The status is "converged" where both errors are within
+    ///     their tolerances. Else the posture is the nearest that was found, and the status "unreachable" where the pose is known to be out of reach (it is
+    ///     farther away than the robot is long, or no posture of a closed form is within the limits), "stationary" where no small motion within the limits
+    ///     brings the tool nearer, by the cost ``|dp|^2 + L^2/2 |R - R_d|_F^2`` with L a third of the links in line, or "out of iterations".
+    ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError
+    ///     If an array has the wrong shape or holds NaN or infinities.
+    /// InvalidValueError
+    ///     If a pose is no rigid transform, or a setting is not one of these.
+    ///
+    /// Notes
+    /// -----
+    /// The cost is that of From and Gravdahl (2007, eqs. 14, 36) with weights 1 and L^2/2, near the target ``|dp|^2 + L^2 angle^2``. The GIL is released and every
+    /// core used for many targets. Singular postures and postures on limits are as good targets as others.
+    #[pyo3(signature = (target, q0=None, method="auto", *, task=None, limits=true, position_tolerance=1e-4, orientation_tolerance=1e-3, iterations=40, restarts=100, seed=0, trace=false))]
+    fn solve_pose<'py>(
+        &self,
+        py: Python<'py>,
+        target: &Bound<'py, PyAny>,
+        q0: Maybe<'_, 'py>,
+        method: &str,
+        task: Option<&PyTask>,
+        limits: bool,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        iterations: usize,
+        restarts: usize,
+        seed: u64,
+        trace: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let method = pose::read_method(method)?;
+        let settings = Settings { method, position: position_tolerance, orientation: orientation_tolerance, iterations, restarts, seed };
+        let asked = pose::Asked { q0, task, limits, trace, settings };
+        asked.answer(py, &self.robot, &self.poses, &self.inverse, target)
     }
 
     /// The name of a posture's branch: shoulder, elbow and wrist, as in ``"front, up, no flip"``.
