@@ -13,7 +13,8 @@ use crate::linalg::vector::{Vec3, dot, norm};
 use crate::linalg::{MAX_JOINTS, Rows6};
 use crate::qp::DenseRow;
 use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
-use crate::task::{MAX_SIDES, OrientationVolume, Task};
+use crate::task::Task;
+use crate::task::volume::{MAX_SIDES, OrientationVolume, Side};
 
 /// Speed at which a tool outside comes back [rad/s], beside what the path's frame turns.
 const RETURN_SPEED: f64 = 0.5;
@@ -21,12 +22,12 @@ const RETURN_SPEED: f64 = 0.5;
 const OUTSIDE: f64 = 1e-9;
 /// What a bound may be short of at the end of a tick [rad].
 const SHORT: f64 = 1e-10;
-/// Newton steps of a tick for its bounds, at most.
-pub(super) const ROUNDS: usize = 6;
-/// How many of them look for the least cost, too: the force of a bound, whose curvature a row leaves out, may make these slow.
-pub(super) const WHOLE_ROUNDS: usize = 2;
-/// The same where the bounds are kept after the tick of a method.
-const KEEPING_ROUNDS: usize = 8;
+/// Newton steps of a tick for its bounds, at most, first for the least cost; the force of a bound, whose curvature a row leaves out, may make that slow.
+const ROUNDS: usize = 9;
+/// Steps from this one on look for the nearest rates with the task as it is, and from the next for the nearest at all.
+const SETTLING: usize = 3;
+/// The step that goes back to standing still, from where every bound is near.
+const FROM_REST: usize = 6;
 /// Sum of the motions of all joints [rad] up to which the tick before tells where this one leads.
 const TELLING: f64 = 0.1;
 /// How much faster a slack can fall than the tool turns, at most, beside the length of its rate.
@@ -139,17 +140,17 @@ impl<'a> Inside<'a> {
     /// How much the bounds are short of, at most, with the tool at `tool` at the end.
     pub fn short(&self, tool: &Frame) -> f64 {
         let sides = self.volume.sides(&self.frame, &tool.axes);
-        let short = |(i, side): (usize, &crate::task::Side)| {
+        let short = |(i, side): (usize, &Side)| {
             let by = self.end[i] - side.slack;
             if self.equal[i] { by.abs() } else { by }
         };
-        sides.as_slice().iter().enumerate().map(short).fold(f64::NEG_INFINITY, f64::max)
+        sides.as_slice().iter().enumerate().take(self.count).map(short).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Writes the bounds as rows of rates, linear about a motion, which takes the tool to `tool` with a Jacobian there.
     pub fn write<const C: usize>(&self, (tool, there): (&Frame, &Jacobian<C>), motion: &[f64; C], dt: f64, rows: &mut [DenseRow<C>]) {
         let sides = self.volume.sides(&self.frame, &tool.axes);
-        for (i, (side, row)) in sides.as_slice().iter().zip(rows).enumerate() {
+        for (i, (side, row)) in sides.as_slice().iter().zip(rows).enumerate().take(self.count) {
             row.a = std::array::from_fn(|k| dot(side.rate, there.w[k]));
             let along: f64 = row.a.iter().zip(motion).map(|(a, x)| a * x).sum();
             row.lower = (self.end[i] - side.slack + along) / dt;
@@ -250,6 +251,36 @@ pub(super) fn curvature(
     out
 }
 
+/// What a Newton step of a tick for its bounds looks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// The least cost.
+    Whole,
+    /// The nearest rates, with the task as it is.
+    Task,
+    /// The nearest rates.
+    Nearest,
+    /// The same, from standing still.
+    Rest,
+}
+
+impl Step {
+    /// The step of a round; round 0 is the tick without any.
+    pub fn of(round: usize) -> Self {
+        match round {
+            FROM_REST => Self::Rest,
+            SETTLING => Self::Task,
+            0..SETTLING => Self::Whole,
+            _ => Self::Nearest,
+        }
+    }
+
+    /// Whether there is one.
+    pub fn exists(round: usize) -> bool {
+        round <= ROUNDS
+    }
+}
+
 /// How far rates turn the tool in a tick, at most.
 #[inline(always)]
 fn turn(rates: &[f64], dt: f64) -> f64 {
@@ -304,20 +335,23 @@ fn press_inside(asking: &Asking<'_>, inside: &Inside<'_>, rates: &mut [f64]) -> 
     let made = moved(&position, &given[..n]);
     // Rates that lead far tell nothing of the bounds.
     let mut about = if turn(rates, dt) <= TELLING { given } else { [0.0; MAX_JOINTS] };
-    for _ in 0..KEEPING_ROUNDS {
+    for round in 1..=ROUNDS {
         inside.write_about(robot, q, &about[..n], dt, rows);
-        let Some(found) = least_squares(n, (&position, &made), (damping, &given[..n]), (&low, &high), rows) else {
-            if about == [0.0; MAX_JOINTS] {
-                break;
-            }
-            about = [0.0; MAX_JOINTS];
-            continue;
+        let found = match Step::of(round) {
+            Step::Whole => least_squares(n, (&position, &made), (damping, &given[..n]), (&low, &high), rows),
+            Step::Task => least_squares(n, (&position, &moved(&position, &about[..n])), (damping, &about[..n]), (&low, &high), rows),
+            Step::Nearest | Step::Rest => least_squares(n, (&[[0.0; MAX_JOINTS]; 6], &[0.0; 6]), (1.0, &about[..n]), (&low, &high), rows),
         };
-        about = found;
-        rates.copy_from_slice(&found[..n]);
-        if !inside.falls_short::<MAX_JOINTS>(robot, q, rates, dt) {
-            let (there, whole) = (moved(&position, rates), made.iter().map(|x| x * x).sum::<f64>().sqrt());
-            return there.iter().zip(&made).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() <= KEPT * (whole + f64::EPSILON);
+        if let Some(found) = found {
+            about = found;
+            rates.copy_from_slice(&found[..n]);
+            if !inside.falls_short::<MAX_JOINTS>(robot, q, rates, dt) {
+                let (there, whole) = (moved(&position, rates), made.iter().map(|x| x * x).sum::<f64>().sqrt());
+                return there.iter().zip(&made).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() <= KEPT * (whole + f64::EPSILON);
+            }
+        }
+        if found.is_none() || Step::of(round + 1) == Step::Rest {
+            about = [0.0; MAX_JOINTS];
         }
     }
     inside.shorten(robot, q, dt, rates);

@@ -14,6 +14,8 @@ use crate::task::{OrientationVolume, Target};
 const DAMPING: f64 = 0.05;
 /// Largest motion of a joint in one step [rad or m].
 const LARGEST_STEP: f64 = 1.0;
+/// Distance \[rad\] from which the way into a volume counts more than its sides.
+const FAR: f64 = 0.1;
 /// Steps that were refused in a row before the search is given up.
 const MAX_REFUSED: usize = 8;
 
@@ -112,7 +114,7 @@ impl Sought<'_> {
         least_squares(n, (&rows, &wanted), (damping, &[0.0; MAX_JOINTS]), (&low, &high), coupled).unwrap_or([0.0; MAX_JOINTS])
     }
 
-    /// The position, then the sides without width, then the way into the volume, as far as there is room: at most two sides have none beside it.
+    /// The position, then the sides without width and the way into the volume, of which three are enough; from afar that way comes first.
     fn equations(&self, tool: &Frame, turns: &[Vec3; MAX_JOINTS], moves: &[Vec3; MAX_JOINTS], (w, v): (Vec3, Vec3)) -> (Rows6<MAX_JOINTS>, Row6) {
         let (mut rows, mut wanted) = ([[0.0; MAX_JOINTS]; 6], [0.0; 6]);
         for c in 0..3 {
@@ -128,11 +130,14 @@ impl Sought<'_> {
             }
         };
         let angle = norm(w);
-        if angle > 0.0 {
+        if angle > FAR {
             push(scale(1.0 / angle, w), angle);
         }
         for side in self.volume.sides(&self.target.frame, &tool.axes).as_slice().iter().filter(|side| side.equality) {
             push(side.rate, -side.slack);
+        }
+        if angle > 0.0 && angle <= FAR {
+            push(scale(1.0 / angle, w), angle);
         }
         (rows, wanted)
     }

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::linalg::MAX_JOINTS;
 use crate::qp::Row;
 use crate::robot::MAX_COMBINATIONS;
-use crate::task::MAX_SIDES;
+use crate::task::volume::MAX_SIDES;
 
 /// Pairs that are looked at in a tick, the nearest ones.
 pub const MAX_NEAR: usize = 24;

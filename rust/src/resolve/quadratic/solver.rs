@@ -17,9 +17,10 @@ use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
 use crate::resolve::bounds::{coupled_rows, rate_interval};
 use crate::resolve::coupled::keep_combinations;
-use crate::resolve::inside::{Inside, ROUNDS, WHOLE_ROUNDS, check_volume};
+use crate::resolve::inside::{Inside, Step, check_volume};
 use crate::robot::{AT_LIMIT, MAX_COMBINATIONS, Robot};
-use crate::task::{Directions, MAX_SIDES, OrientationVolume, Task};
+use crate::task::volume::{MAX_SIDES, OrientationVolume};
+use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
 pub(super) const MAX_ROWS: usize = 78;
@@ -249,25 +250,25 @@ impl QuadraticSolver {
         let narrowed = programme.bounds.jerks.then(|| self.within_jerk(programme, &buffer[..all], memory));
         let bounds = narrowed.as_ref().unwrap_or(programme.bounds);
         let closing = memory.closing;
-        let (mut rounds, mut settling) = (0, None);
+        let (mut round, mut settling) = (0, None);
         let answer = loop {
             let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
-            let answer = match settling.filter(|_| rounds > WHOLE_ROUNDS) {
+            let answer = match settling.filter(|_| Step::of(round) != Step::Whole) {
                 None => self.solve_relaxing(programme, &at, hard, memory),
-                Some(before) => settle(programme, &at, before, memory),
+                Some(before) => settle(programme, &at, before, round, memory),
             };
             for i in 0..n {
                 // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
                 rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
             }
-            if programme.inside.is_none_or(|inside| !self.tighten(inside, programme, &answer, rounds, &mut buffer[own..], rates)) {
+            if programme.inside.is_none_or(|inside| !self.tighten(inside, programme, &answer, round, &mut buffer[own..], rates)) {
                 break answer;
             }
-            if rounds < WHOLE_ROUNDS {
+            round += 1;
+            if Step::of(round) == Step::Whole {
                 memory.closing = closing;
             }
             settling = Some(answer);
-            rounds += 1;
         };
         if answer.infeasible && self.combinations() > 0 {
             // Rows that exclude each other, or accelerations, give way to limits of position.
@@ -320,7 +321,7 @@ impl QuadraticSolver {
         inside: &Inside<'_>,
         programme: &Programme<'_, C>,
         answer: &Answer<C>,
-        rounds: usize,
+        round: usize,
         rows: &mut [DenseRow<C>],
         rates: &mut [f64],
     ) -> bool {
@@ -328,16 +329,17 @@ impl QuadraticSolver {
         let rates = &mut rates[..programme.n];
         if answer.infeasible {
             // Rows about where the tick before led may exclude what those about the posture allow.
-            if rounds == 0 {
+            if round == 0 {
                 inside.write((programme.tool, programme.jacobian), &[0.0; C], dt, rows);
             }
-            return rounds == 0;
+            return round == 0;
         }
         if !inside.falls_short::<C>(robot, q, rates, dt) {
             return false;
         }
-        if rounds < ROUNDS {
-            inside.write_about(robot, q, rates, dt, rows);
+        if Step::exists(round + 1) {
+            let about = if Step::of(round + 1) == Step::Rest { &[0.0; MAX_JOINTS][..programme.n] } else { &*rates };
+            inside.write_about(robot, q, about, dt, rows);
             return true;
         }
         inside.shorten(robot, q, dt, rates);
@@ -477,11 +479,14 @@ fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut 
     solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
-/// The rates that are nearest to those before and hold the rows, which have changed by little since; the task comes first. Those before where there are none.
+/// The rates that are nearest to those before and hold the rows, which have changed by little since. Those before where there are none.
 #[cold]
 #[inline(never)]
-fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>, before: Answer<C>, memory: &QuadraticMemory) -> Answer<C> {
+fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>, mut before: Answer<C>, round: usize, memory: &QuadraticMemory) -> Answer<C> {
     let (n, m) = (programme.n, programme.directions.dimension());
+    if Step::of(round) == Step::Rest {
+        before.x = [0.0; C];
+    }
     let mut made = [0.0; 6];
     let mut size = f64::MIN_POSITIVE;
     for (made, row) in made.iter_mut().zip(&programme.rows).take(m) {
@@ -492,7 +497,9 @@ fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>,
     for i in 0..n {
         cost.g[i] = -before.x[i];
     }
-    cost.add_deviation(STIFFEST / size, &programme.rows, &made, m);
+    if Step::of(round) == Step::Task {
+        cost.add_deviation(STIFFEST / size, &programme.rows, &made, m);
+    }
     let found = solve(&cost, at, n, &memory.start());
     if found.status == Status::Solved { Answer { x: found.x, ..before } } else { before }
 }

@@ -5,7 +5,7 @@ use crate::linalg::MAX_JOINTS;
 use crate::linalg::cholesky::Cholesky;
 use crate::qp::DenseRow;
 use crate::resolve::StepStatus;
-use crate::task::MAX_SIDES;
+use crate::task::volume::MAX_SIDES;
 
 /// A step this near to a limit of a combination, relative to the sizes that it is made of, stands at it.
 const AT: f64 = 1e-10;

@@ -19,7 +19,8 @@ use crate::resolve::inside::{PathFrame, curvature};
 use crate::resolve::reach_inside::Sought;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::Robot;
-use crate::task::{MAX_SIDES, OrientationVolume, Target, Task};
+use crate::task::volume::{MAX_SIDES, OrientationVolume};
+use crate::task::{Target, Task};
 
 /// Trial lengths of one step.
 const MAX_HALVINGS: usize = 12;
