@@ -275,6 +275,11 @@ impl Step {
         }
     }
 
+    /// The round after one whose rows exclude each other: from standing still, once.
+    pub fn after_excluding(round: usize) -> Option<usize> {
+        (round < FROM_REST).then_some(FROM_REST)
+    }
+
     /// Whether there is one.
     pub fn exists(round: usize) -> bool {
         round <= ROUNDS

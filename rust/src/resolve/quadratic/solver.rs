@@ -261,10 +261,9 @@ impl QuadraticSolver {
                 // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
                 rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
             }
-            if programme.inside.is_none_or(|inside| !self.tighten(inside, programme, &answer, round, &mut buffer[own..], rates)) {
-                break answer;
-            }
-            round += 1;
+            let next = programme.inside.and_then(|inside| self.tighten(inside, programme, &answer, round, &mut buffer[own..], rates));
+            let Some(next) = next else { break answer };
+            round = next;
             if Step::of(round) == Step::Whole {
                 memory.closing = closing;
             }
@@ -314,7 +313,8 @@ impl QuadraticSolver {
         out
     }
 
-    /// Writes the bounds of a volume anew, about where rates lead, where these leave one short; whether it has. Rates that no row keeps inside are shortened.
+    /// Writes the bounds of a volume anew, about where rates lead, where these leave one short: the round that it is for. Rates that no row keeps inside are
+    /// shortened.
     #[inline(always)]
     fn tighten<const C: usize>(
         &self,
@@ -324,26 +324,25 @@ impl QuadraticSolver {
         round: usize,
         rows: &mut [DenseRow<C>],
         rates: &mut [f64],
-    ) -> bool {
+    ) -> Option<usize> {
         let (robot, q, dt) = (&*self.robot, programme.tick.q, programme.dt);
         let rates = &mut rates[..programme.n];
-        if answer.infeasible {
-            // Rows about where the tick before led may exclude what those about the posture allow.
-            if round == 0 {
-                inside.write((programme.tool, programme.jacobian), &[0.0; C], dt, rows);
-            }
-            return round == 0;
+        if !answer.infeasible && !inside.falls_short::<C>(robot, q, rates, dt) {
+            return None;
         }
-        if !inside.falls_short::<C>(robot, q, rates, dt) {
-            return false;
+        let next = match (answer.infeasible, round) {
+            (false, _) => round + 1,
+            // Rows about where rates led may exclude what those about the posture allow.
+            (true, 0) => 1,
+            (true, _) => Step::after_excluding(round)?,
+        };
+        if !Step::exists(next) {
+            inside.shorten(robot, q, dt, rates);
+            return None;
         }
-        if Step::exists(round + 1) {
-            let about = if Step::of(round + 1) == Step::Rest { &[0.0; MAX_JOINTS][..programme.n] } else { &*rates };
-            inside.write_about(robot, q, about, dt, rows);
-            return true;
-        }
-        inside.shorten(robot, q, dt, rates);
-        false
+        let anew = answer.infeasible || Step::of(next) == Step::Rest;
+        inside.write_about(robot, q, if anew { &[0.0; MAX_JOINTS][..programme.n] } else { &*rates }, dt, rows);
+        Some(next)
     }
 
     /// Writes the rows of the tick, leaves room for those of a volume, then writes those of combinations of joints, then those of the largest deviation; how many are of the tick, how many have to
@@ -501,7 +500,7 @@ fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>,
         cost.add_deviation(STIFFEST / size, &programme.rows, &made, m);
     }
     let found = solve(&cost, at, n, &memory.start());
-    if found.status == Status::Solved { Answer { x: found.x, ..before } } else { before }
+    if found.status == Status::Solved { Answer { x: found.x, infeasible: false, ..before } } else { before }
 }
 
 /// Rates, whether bounds hold them, whether the rows or the index had to be left out, and how often the programme changed its mind.
