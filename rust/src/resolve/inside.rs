@@ -3,6 +3,8 @@
 //! A bound is `slack(q) >= 0`, or `= 0` for what has no width (From and Gravdahl, sections 7 and 8). A row that is linear about the posture at which the tick ends
 //! holds there exactly: it is Newton's method for that bound. A first row is linear about where the rates of the tick before lead.
 
+use std::cmp::Ordering;
+
 use super::bounds::{coupled_rows, fastest, speed_bounds};
 use super::coupled::Kept;
 use crate::error::{Error, Result};
@@ -140,6 +142,12 @@ impl<'a> Inside<'a> {
     /// How much the bounds are short of, at most, with the tool at `tool` at the end.
     pub fn short(&self, tool: &Frame) -> f64 {
         let sides = self.volume.sides(&self.frame, &tool.axes);
+        // A tool that points backwards has one bound, which leads to where it has the others.
+        match sides.as_slice().len().cmp(&self.count) {
+            Ordering::Less => return f64::INFINITY,
+            Ordering::Greater => return f64::NEG_INFINITY,
+            Ordering::Equal => {}
+        }
         let short = |(i, side): (usize, &Side)| {
             let by = self.end[i] - side.slack;
             if self.equal[i] { by.abs() } else { by }
