@@ -38,6 +38,8 @@ const CURVED: f64 = 2.0;
 const BRAKES: f64 = 0.5;
 /// Step of differences [rad or m].
 const DIFFERENCE: f64 = 1e-5;
+/// A rate of a slack below this has no direction.
+const LEVEL: f64 = 1e-6;
 /// Halvings of rates that no row keeps inside.
 const HALVINGS: usize = 40;
 /// Squared size of the position's Jacobian over the damping: the position comes first, to as many digits as the programme has left.
@@ -128,8 +130,12 @@ impl<'a> Inside<'a> {
     pub fn brake(&mut self, tool: &Frame, turns: &[Vec3], limits: &Limits, dt: f64) {
         let sides = self.volume.sides(&self.frame, &tool.axes);
         for (i, side) in sides.as_slice().iter().enumerate().filter(|(i, side)| !side.equality && self.start[*i] > 0.0) {
-            let acceleration: f64 = turns.iter().zip(&limits.qdd_max).map(|(w, most)| (dot(side.rate, *w) * most).abs()).sum();
-            self.end[i] = self.start[i] - dt * fastest(self.start[i], BRAKES * acceleration, dt);
+            // The turn towards a bound that can be stopped in front of it, and the slack that it takes, to second order where the tool stands in the middle.
+            let (steep, bent) = (norm(side.rate), side.normal.map_or(1.0, norm));
+            let along = |w: &Vec3| if steep > LEVEL { dot(side.rate, *w) / steep } else { norm(*w) };
+            let acceleration: f64 = turns.iter().zip(&limits.qdd_max).map(|(w, most)| (along(w) * most).abs()).sum();
+            let turn = dt * fastest(self.start[i], BRAKES * acceleration, dt);
+            self.end[i] = (self.start[i] - turn * (steep + 0.5 * bent * turn)).max(0.0);
         }
     }
 
