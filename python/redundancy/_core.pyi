@@ -293,7 +293,7 @@ class Robot:
         near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
-        samples: int | None = None,
+        samples: int | tuple[int, int, int] | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[False] = False,
@@ -307,7 +307,7 @@ class Robot:
         near: ArrayLike | None = None,
         fixed: dict[int, float] | None = None,
         arm_angle: float | None = None,
-        samples: int | None = None,
+        samples: int | tuple[int, int, int] | None = None,
         limits: bool = False,
         turns: bool = False,
         report: Literal[True],
@@ -688,6 +688,7 @@ class QuadraticProgram:
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         twists: ArrayLike | None = None,
+        frame: ArrayLike | None = None,
     ) -> _F64: ...
     def step_along(
         self,
@@ -732,7 +733,9 @@ class RateSolver:
     def length(self) -> float: ...
     @property
     def dt(self) -> float: ...
-    def step(self, q: ArrayLike, twist: ArrayLike, out: _F64 | None = None) -> _F64: ...
+    def step(
+        self, q: ArrayLike, twist: ArrayLike, out: _F64 | None = None, *, frame: ArrayLike | None = None
+    ) -> _F64: ...
     def step_along(
         self, q: ArrayLike, now: ArrayLike, next: ArrayLike, out: _F64 | None = None, *, share: float = 1.0
     ) -> _F64: ...
@@ -951,7 +954,9 @@ class OrthogonalSQP:
     def length(self) -> float: ...
     @property
     def dt(self) -> float: ...
-    def step(self, q: ArrayLike, twist: ArrayLike, out: _F64 | None = None) -> _F64: ...
+    def step(
+        self, q: ArrayLike, twist: ArrayLike, out: _F64 | None = None, *, frame: ArrayLike | None = None
+    ) -> _F64: ...
     def step_along(
         self, q: ArrayLike, now: ArrayLike, next: ArrayLike, out: _F64 | None = None, *, share: float = 1.0
     ) -> _F64: ...

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import Task, transport
+from .._core import Task, perpendicular, transport
 from .._util import F64, checked
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import Table, path_source, read_document, read_toolpath, write_toolpath
@@ -135,7 +135,8 @@ class Toolpath:
         -------
         ndarray
             (N, 6), position [m] and axis, for an axisymmetric tool; (N, 3), position, where the rotation is free; else
-            (N, 12), position and rotation by rows.
+            (N, 12), position and rotation by rows. For a task within a cone whose spin is free a path without rotations
+            has frames with its axis as z.
 
         Raises
         ------
@@ -147,11 +148,24 @@ class Toolpath:
             return self.position.copy()
         if size == 6:
             return np.hstack([self.position, self.axis])
-        if self.rotation is None:
-            raise InvalidValueError(
-                "the path has no rotations, expected some for a task that fixes the whole orientation"
-            )
-        return np.hstack([self.position, self.rotation.reshape(-1, 9)])
+        rotation = self.rotation
+        if rotation is None:
+            volume = None if task is None else task.volume
+            if volume is None:
+                raise InvalidValueError(
+                    "the path has no rotations, expected some for a task that fixes the whole orientation"
+                )
+            if volume.kind != "cone" or volume.spin is not None:
+                raise InvalidValueError(f"the path has no rotations, expected some for a task within {volume}")
+            rotation = self._frames()
+        return np.hstack([self.position, rotation.reshape(-1, 9)])
+
+    def _frames(self) -> F64:
+        """Return frames (N, 3, 3) whose z is the axis, which never turn about it; the first is arbitrary."""
+        z = self.axis[0]
+        x = perpendicular(z)
+        frames: F64 = transport(self.axis) @ np.stack([x, np.cross(z, x), z], axis=1)
+        return frames
 
     def without_spin(self, first: ArrayLike) -> "Toolpath":
         """Return the same path with orientations that never turn the tool about its axis.

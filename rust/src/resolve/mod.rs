@@ -37,12 +37,15 @@
 mod bounds;
 mod coupled;
 pub(crate) mod direct_update;
+mod inside;
 mod nearest;
 mod quadratic;
 mod rate;
+mod reach_inside;
 mod resolver;
 pub(crate) mod sqp;
 
+pub use inside::PathFrame;
 pub use quadratic::{
     Beside, Damper, Derivatives, FrameTask, Guard, IndexForm, MAX_NEAR, MAX_OWN_ROWS, Near, Outcome, PostureTask, QuadraticMemory,
     QuadraticSettings, QuadraticSolver, QuadraticStatus, Tick,

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::rate::Memory;
+use super::reach_inside::error_inside;
 use crate::inverse::reach;
 use crate::kinematics::{forward, jacobian};
+use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, halves, scale, sub};
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::robot::{RandomPostures, Robot};
-use crate::task::{Target, Task};
+use crate::task::{OrientationVolume, Target, Task};
 
 /// Error of a posture that counts as on target [rad, m].
 pub const ON_TARGET: f64 = 1e-9;
@@ -105,6 +107,11 @@ pub trait Resolver: Sync {
     /// The task.
     fn task(&self) -> &Task;
 
+    /// The volume that the tool's orientation, about the target's, has to be in beside the task.
+    fn volume(&self) -> Option<&OrientationVolume> {
+        None
+    }
+
     /// Whether position limits hold.
     fn keeps_limits(&self) -> bool;
 
@@ -125,10 +132,18 @@ pub trait Resolver: Sync {
         self.solve_next(target, q0, &mut Memory::default())
     }
 
-    /// The small motion [rotation vector; translation] from the tool at `q` to a target, as far as the task looks at it [rad, m]; NaN for a `q` of
+    /// The small motion [rotation vector; translation] from the tool at `q` to a target, as far as the task looks at it, or into the volume about it [rad, m]; NaN for a `q` of
     /// another number of joints than the robot's.
     fn error(&self, target: &Target, q: &[f64]) -> Row6 {
-        forward(self.robot(), q).map_or([f64::NAN; 6], |tool| row(self.task().error(&tool, target)))
+        forward(self.robot(), q).map_or([f64::NAN; 6], |tool| row(self.left(&tool, target)))
+    }
+
+    /// What is left of the way to a target: [`Task::error`], with a volume the shortest rotation into it.
+    fn left(&self, tool: &Frame, target: &Target) -> (Vec3, Vec3) {
+        match self.volume() {
+            Some(volume) => error_inside(volume, tool, target),
+            None => self.task().error(tool, target),
+        }
     }
 
     /// The twist of a tick along a path: from the tool at `q` to where it has to be at the end of the tick, `next`, but for the part `1 - share` of

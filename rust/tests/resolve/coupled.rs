@@ -61,7 +61,7 @@ fn ticks(robot: &Arc<Robot>, task: Task, q: &[f64], twist: &[f64; 6], mut each: 
     let settings = QuadraticSettings { length: 0.5, dt: DT, ..QuadraticSettings::default() };
     let index = Some((objective(n), 1.0));
     let solver = QuadraticSolver::new(robot.clone(), task, index, IndexForm::Curvature, Derivatives::Exact, settings).unwrap();
-    let tick = Tick { q, twist: *twist, stiffness: 100.0, rows: &[], twists: &[] };
+    let tick = Tick { q, twist: *twist, stiffness: 100.0, rows: &[], twists: &[], frame: None };
     let mut memory = QuadraticMemory::default();
     let outcome = free_of_allocation("tick", || solver.step(&tick, &mut memory, &mut rates));
     each("QP", &rates, outcome.status.name() == "returning");

@@ -116,6 +116,7 @@ impl PyQuadraticProgram {
             state.memory.rates = before.or(state.memory.rates);
             state.outcome = self.tick(tick, state, rates)?;
             state.own = tick.rows.len();
+            state.frame = tick.frame.map(|frame| frame.end);
             if !self.solver.beside().is_empty() {
                 state.beside = Some((tick.q.to_vec(), tick.twists.to_vec()));
             }
@@ -175,9 +176,12 @@ impl PyQuadraticProgram {
                 Some((scene, ok(Damper::new(influence, security, damping))?))
             }
         };
-        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, *task.get().plain("QuadraticProgram")?);
+        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, task.get().task);
         let rest = Weights { rate_weights, stiffness, largest_deviation, jerk }.apply(&mut settings, n)?;
         let mut solver = ok(QuadraticSolver::new(core, task_of, index, form, derivatives, settings))?;
+        if let Some(volume) = &task.get().volume {
+            solver = ok(solver.within_volume(volume.clone()))?;
+        }
         ok(rest.give(&mut solver))?;
         if let Some(beside) = beside.filter(|beside| !beside.is_empty()) {
             ok(solver.set_beside(read_beside(&beside)?))?;
@@ -245,6 +249,9 @@ impl PyQuadraticProgram {
     /// twists : array_like, shape (K, 6), optional
     ///     Twists [omega; v] of the K frames beside the task, in their order, at their origins in the base frame [rad/s, m/s]; the frames do not count
     ///     where none are given.
+    /// frame : array_like, shape (3, 3) or (4, 4), optional
+    ///     For a `Task.within` a volume, which needs it: the path's frame at the end of the tick, about which the volume is. Where the tool is outside of it about
+    ///     that of the step before too, it comes back with 0.5 rad/s.
     ///
     /// Returns
     /// -------
@@ -255,7 +262,8 @@ impl PyQuadraticProgram {
     /// Raises
     /// ------
     /// ShapeError, NonFiniteError, InvalidValueError
-    ///     If an array has the wrong shape, a number is not finite, or a limit of a row is infinite on the side that nothing can meet.
+    ///     If an array has the wrong shape, a number is not finite, a limit of a row is infinite on the side that nothing can meet, or ``frame``
+    ///     is missing where the task is within a volume, or given where it is not.
     ///
     /// Notes
     /// -----
@@ -263,7 +271,7 @@ impl PyQuadraticProgram {
     /// amount. Limits of joints never give way. Beyond a position limit a joint moves back, with a quarter
     /// of its speed limit at least (0.5 rad/s or m/s where it has none), as far as its acceleration allows. At a singularity of the task the programme is as convex as anywhere;
     /// where the objective itself is singular the step goes without it. No allocation but that of the result and of the rows.
-    #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None, twists=None))]
+    #[pyo3(signature = (q, twist, out=None, *, stiffness=None, rates=None, rows=None, lower=None, upper=None, twists=None, frame=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -276,12 +284,14 @@ impl PyQuadraticProgram {
         lower: Option<&Bound<'py, PyAny>>,
         upper: Option<&Bound<'py, PyAny>>,
         twists: Option<&Bound<'py, PyAny>>,
+        frame: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
         let stiffness = self.stiffness(stiffness)?;
+        let frame = solution::path_frame(&self.solver, frame, self.state().frame)?;
         let twists = twists.map_or_else(|| Ok(Vec::new()), |twists| read_twists(&self.solver, twists))?;
         let (rows, lower, upper) = read_constraints(rows, lower, upper, n)?;
         let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
@@ -292,7 +302,7 @@ impl PyQuadraticProgram {
             .enumerate()
             .map(|(k, (lower, upper))| Row { a: &rows[k * n..(k + 1) * n], lower: *lower, upper: *upper })
             .collect();
-        self.run(py, &Tick { q: &q[..n], twist: desired, stiffness, rows: &rows, twists: &twists }, before, elements(&array))?;
+        self.run(py, &Tick { q: &q[..n], twist: desired, stiffness, rows: &rows, twists: &twists, frame }, before, elements(&array))?;
         Ok(array)
     }
 
@@ -335,11 +345,11 @@ impl PyQuadraticProgram {
         rates: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
-        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
+        let (q, twist, frame) = solution::along(&self.solver, q, now, next, share)?;
         let stiffness = self.stiffness(stiffness)?;
         let before = rates.map(|rates| posture(self.solver.robot(), "rates", rates)).transpose()?;
         let array = output(py, out, [n])?;
-        self.run(py, &Tick { q: &q[..n], twist, stiffness, rows: &[], twists: &[] }, before, elements(&array))?;
+        self.run(py, &Tick { q: &q[..n], twist, stiffness, rows: &[], twists: &[], frame }, before, elements(&array))?;
         Ok(array)
     }
 
@@ -400,7 +410,7 @@ impl PyQuadraticProgram {
 
     /// How the last `step` ended: "solved" (the deviation is at most ``tolerance`` times the twist, as far as the task looks at them, with angles times the
     /// length), "relaxed" (the task gave way to rows, obstacles, the cost of the rates or the worth of the objective), "limited" (to limits of
-    /// joints), "returning" (a joint is beyond a limit of position and comes back), "infeasible" (rows exclude each other or the limits: they failed by as little as can be), or "not convex" (the printed
+    /// joints), "returning" (a joint is beyond a limit of position, or the tool outside the volume, and comes back), "infeasible" (rows exclude each other or the limits: they failed by as little as can be), or "not convex" (the printed
     /// form, which then goes without the objective).
     #[getter]
     fn status(&self) -> &'static str {
@@ -429,7 +439,8 @@ impl PyQuadraticProgram {
         self.solver.beside().iter().map(each).collect()
     }
 
-    /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, or "largest_deviation".
+    /// What failed in the last `step`: "row 2", the names of the pair that falls short of what its distance asks for, "volume" where the tool ends
+    /// outside of that about the path's frame, or "largest_deviation".
     #[getter]
     fn failed(&self) -> Vec<String> {
         let (own, outcome, pairs) = {
@@ -442,7 +453,7 @@ impl PyQuadraticProgram {
             _ => format!("row {k}"),
         };
         let rows = (0..own + pairs.len()).filter(|k| outcome.failed >> k & 1 == 1).map(name);
-        rows.chain(outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
+        rows.chain(outcome.outside.then(|| "volume".into())).chain(outcome.beyond_deviation.then(|| "largest_deviation".into())).collect()
     }
 
     /// Smallest distance between the pairs that were looked at in the last `step`, at the posture it was given [m]; infinite where none was near.

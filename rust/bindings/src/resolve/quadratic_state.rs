@@ -3,6 +3,7 @@
 use crate::collision::scene::PyScene;
 use redundancy::collision::{Distances, Found, Proximity};
 use redundancy::linalg::Row6;
+use redundancy::linalg::vector::Vec3;
 use redundancy::resolve::{Near, Outcome, QuadraticMemory};
 
 /// What is remembered from step to step, and what came of the last one. Near pairs, 15 kB of them, lie apart: only ticks among obstacles touch them.
@@ -14,6 +15,8 @@ pub struct State {
     pub near: Option<Box<Near>>,
     /// Posture and twists of the last step, where something counts beside the task.
     pub beside: Option<(Vec<f64>, Vec<Row6>)>,
+    /// The path's frame at the end of the last step, about which a volume is.
+    pub frame: Option<[Vec3; 3]>,
     pub memory: QuadraticMemory,
 }
 
@@ -25,6 +28,7 @@ impl State {
             own: 0,
             near: among_obstacles.then(Box::default),
             beside: None,
+            frame: None,
             memory: QuadraticMemory::default(),
         }
     }

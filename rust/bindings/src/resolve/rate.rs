@@ -12,7 +12,7 @@ use crate::resolve::solution::{self, Given, Last, posture};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{Memory, RateSolver, Resolver, Scaling};
+use redundancy::resolve::{Memory, PathFrame, RateSolver, Resolver, Scaling, StepStatus};
 
 /// A method of redundancy resolution at the level of rates; the base class of `TwistDecomposition`, `ResolvedRate`, `GradientProjection`,
 /// `WeightedInverse`, `TaskPriority`, `Householder`, `Elimination` and `VirtualJoint`.
@@ -50,11 +50,19 @@ impl PyRateSolver {
         self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
+    fn step_on(&self, q: &[f64], twist: &Row6, frame: Option<&PathFrame>, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+        match frame {
+            Some(frame) => self.solver.step_about(q, twist, frame, memory, rates),
+            None => self.solver.step(q, twist, memory, rates),
+        }
+    }
+
     fn tick<'py>(
         &self,
         py: Python<'py>,
         q: &[f64; MAX_JOINTS],
         twist: &Row6,
+        frame: Option<PathFrame>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
@@ -63,14 +71,14 @@ impl PyRateSolver {
         if self.given.calls_python {
             // Taken out, not held: a Python objective may let another thread in.
             let mut memory = self.remembered().memory;
-            let status = self.solver.step(&q[..n], twist, &mut memory, rates);
+            let status = self.step_on(&q[..n], twist, frame.as_ref(), &mut memory, rates);
             self.remembered().memory = memory;
             self.given.check(py)?;
-            self.remembered().last.take(status, q, twist, rates);
+            self.remembered().last.take(status, q, twist, frame.as_ref(), rates);
         } else {
             let mut remembered = self.remembered();
-            let status = self.solver.step(&q[..n], twist, &mut remembered.memory, rates);
-            remembered.last.take(status, q, twist, rates);
+            let status = self.step_on(&q[..n], twist, frame.as_ref(), &mut remembered.memory, rates);
+            remembered.last.take(status, q, twist, frame.as_ref(), rates);
         }
         Ok(array)
     }
@@ -120,6 +128,9 @@ impl PyRateSolver {
     ///     them between the virtual joint and the arm).
     /// out : ndarray, shape (n,), optional
     ///     Receives the result.
+    /// frame : array_like, shape (3, 3) or (4, 4), optional
+    ///     For a `Task.within` a volume, which needs it: the path's frame at the end of the tick, about which the volume is. Where the tool is outside of it about
+    ///     that of the step before too, it comes back with 0.5 rad/s.
     ///
     /// Returns
     /// -------
@@ -128,23 +139,30 @@ impl PyRateSolver {
     ///     motion gives way first, then all joints slow down together, then each stops at its limit. A joint that is beyond a limit of position
     ///     comes back, with a quarter of its speed limit at least. `status` tells how they came about.
     ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or ``frame`` is missing where the task is within a volume, or given where it is not.
+    ///
     /// Notes
     /// -----
     /// Where the shortest orthogonal row of the method's matrix is below ``damping`` times the longest, the step is damped; in front of a goal
     /// out of reach it is that of the posture nearest to it. No allocation but that
     /// of the result.
-    #[pyo3(signature = (q, twist, out=None))]
+    #[pyo3(signature = (q, twist, out=None, *, frame=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         twist: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
+        frame: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        self.tick(py, &q, &desired, out)
+        let frame = solution::path_frame(&self.solver, frame, self.remembered().last.frame)?;
+        self.tick(py, &q, &desired, frame, out)
     }
 
     /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
@@ -181,13 +199,13 @@ impl PyRateSolver {
         out: Option<&Bound<'py, PyAny>>,
         share: f64,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
-        self.tick(py, &q, &twist, out)
+        let (q, twist, frame) = solution::along(&self.solver, q, now, next, share)?;
+        self.tick(py, &q, &twist, frame, out)
     }
 
     /// How the last `step` came about: "regular" (the twist is followed to rounding, as far as the task looks at it), "damped", "task only" (the secondary
-    /// task could not be evaluated), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position and comes
-    /// back).
+    /// task could not be evaluated), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position, or the tool outside
+    /// the volume, and comes back).
     #[getter]
     fn status(&self) -> &'static str {
         self.remembered().last.status.name()

@@ -62,8 +62,11 @@ fn make(method: Method, given: &Bound<'_, PyTuple>, keywords: Option<&Bound<'_, 
     let secondary = secondary(objective, &core, scaling)?;
     let weights = given.weights.as_ref().map(|weights| read_list("weights", weights.bind(py))).transpose()?;
     let task = given.task.clone_ref(py);
-    let asked = *task.get().plain("a method at the level of rates")?;
-    let solver = ok(RateSolver::new(core, asked, method, secondary, weights.as_deref(), settings))?;
+    let asked = task.get().task;
+    let mut solver = ok(RateSolver::new(core, asked, method, secondary, weights.as_deref(), settings))?;
+    if let Some(volume) = &task.get().volume {
+        solver = ok(solver.within_volume(volume.clone()))?;
+    }
     let task = if *solver.task() == asked { task } else { Py::new(py, PyTask::from(*solver.task()))? };
     let objective = objective.map(|objective| objective.clone().unbind());
     Ok(PyRateSolver::of(solver, Given::new(py, given.robot.clone_ref(py), task, objective), scaling))

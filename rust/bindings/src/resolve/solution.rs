@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::array::{RowOrMatrix, elements, ok, output, read_one_or_many, read_row_or_matrix, read_rows_or_matrices, read_vector, vector};
+use crate::array::{RowOrMatrix, elements, ok, output, read_any, read_one_or_many, read_row_or_matrix, read_rows_or_matrices, read_vector, shape_of, vector};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::results::{PATH_SOLUTION, SOLUTION};
@@ -11,7 +11,9 @@ use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
 use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{Memory, Resolver, Solution, SolveStatus, StepStatus};
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::vector::Vec3;
+use redundancy::resolve::{Memory, PathFrame, Resolver, Solution, SolveStatus, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Target, Task};
 
@@ -54,7 +56,7 @@ impl Given {
         starts: usize,
         seed: u64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let target = target(solver.task(), "target", asked)?;
+        let target = target(form(solver), "target", asked)?;
         let n = solver.robot().n();
         let solution = match q0 {
             Some(q0) => {
@@ -111,7 +113,37 @@ pub fn posture(robot: &Robot, name: &str, q: &Bound<'_, PyAny>) -> PyResult<[f64
 
 /// Targets of a path, and the posture that it starts from.
 pub fn path(solver: &dyn Resolver, asked: &Bound<'_, PyAny>, q0: &Bound<'_, PyAny>) -> PyResult<(Vec<Target>, [f64; MAX_JOINTS])> {
-    Ok((targets(solver.task(), asked)?, posture(solver.robot(), "q0", q0)?))
+    Ok((targets(form(solver), asked)?, posture(solver.robot(), "q0", q0)?))
+}
+
+/// The task whose targets a solver takes: whole frames where the orientation has to be in a volume about them.
+pub fn form(solver: &dyn Resolver) -> &Task {
+    if solver.volume().is_some() { &Task::FULL } else { solver.task() }
+}
+
+/// The path's frame of a tick as a (3, 3) or (4, 4) array, needed where the orientation has to be in a volume about it and refused elsewhere; `start` is that at
+/// the end of the tick before.
+#[inline(never)]
+pub fn path_frame(solver: &dyn Resolver, frame: Option<&Bound<'_, PyAny>>, start: Option<[Vec3; 3]>) -> PyResult<Option<PathFrame>> {
+    let Some(frame) = frame else {
+        return match solver.volume() {
+            None => Ok(None),
+            Some(_) => Err(Error::value("frame", "None", "the path's frame at the end of the tick, as the task is within a volume about it").into()),
+        };
+    };
+    if solver.volume().is_none() {
+        return Err(Error::value("frame", "given", "none, as the task has no volume about it").into());
+    }
+    let (given, shape) = read_any("frame", frame)?;
+    let matrix = match shape[..] {
+        [4, 4] => given,
+        [3, 3] => {
+            let r = &given;
+            vec![r[0], r[1], r[2], 0.0, r[3], r[4], r[5], 0.0, r[6], r[7], r[8], 0.0, 0.0, 0.0, 0.0, 1.0]
+        }
+        _ => return Err(Error::Shape { name: "frame".into(), got: shape_of(&shape), expected: "(3, 3) or (4, 4)".into() }.into()),
+    };
+    Ok(Some(PathFrame { start, end: ok(Frame::from_matrix("frame", &matrix))?.axes }))
 }
 
 /// One target of a task: its own numbers, or a pose of the tool.
@@ -142,11 +174,11 @@ pub fn error<'py>(
     let (n, mut row) = (solver.robot().n(), [0.0; MAX_JOINTS]);
     let each = |out: &mut [f64], target: &Target, q: &[f64]| out.copy_from_slice(&solver.error(target, q).map(|error| error / dt));
     let Some(rows) = read_one_or_many("q", q, n, &mut row)? else {
-        let (target, array) = (target(solver.task(), "target", asked)?, output(py, None, [6])?);
+        let (target, array) = (target(form(solver), "target", asked)?, output(py, None, [6])?);
         each(elements(&array), &target, &row[..n]);
         return Ok(array);
     };
-    let targets = targets(solver.task(), asked)?;
+    let targets = targets(form(solver), asked)?;
     let count = rows.len() / n;
     if targets.len() != count {
         return Err(Error::length("targets", targets.len(), count).into());
@@ -158,7 +190,7 @@ pub fn error<'py>(
     Ok(array)
 }
 
-/// The posture and the twist of a tick along a path.
+/// The posture, the twist and, about which a volume is, the path's frame of a tick along a path.
 #[inline(never)]
 pub fn along(
     solver: &dyn Resolver,
@@ -166,13 +198,14 @@ pub fn along(
     now: &Bound<'_, PyAny>,
     next: &Bound<'_, PyAny>,
     share: f64,
-) -> PyResult<([f64; MAX_JOINTS], Row6)> {
+) -> PyResult<([f64; MAX_JOINTS], Row6, Option<PathFrame>)> {
     let q = posture(solver.robot(), "q", q)?;
     if !(share > 0.0 && share <= 1.0) {
         return Err(Error::value("share", share, "a part above 0, at most 1").into());
     }
-    let (now, next) = (target(solver.task(), "now", now)?, target(solver.task(), "next", next)?);
-    Ok((q, solver.twist_along(&now, &next, share, &q[..solver.robot().n()])))
+    let (now, next) = (target(form(solver), "now", now)?, target(form(solver), "next", next)?);
+    let frame = solver.volume().map(|_| PathFrame { start: Some(now.frame), end: next.frame });
+    Ok((q, solver.twist_along(&now, &next, share, &q[..solver.robot().n()]), frame))
 }
 
 /// What the last step was asked and answered.
@@ -182,16 +215,18 @@ pub struct Last {
     q: [f64; MAX_JOINTS],
     twist: Row6,
     rates: [f64; MAX_JOINTS],
+    /// The path's frame at its end, about which a volume is.
+    pub frame: Option<[Vec3; 3]>,
 }
 
 impl Last {
     /// Nothing asked yet.
-    pub const NONE: Self = Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS] };
+    pub const NONE: Self = Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS], frame: None };
 
     /// Takes up a step, in place.
     #[inline(always)]
-    pub fn take(&mut self, status: StepStatus, q: &[f64; MAX_JOINTS], twist: &Row6, rates: &[f64]) {
-        (self.status, self.q, self.twist) = (status, *q, *twist);
+    pub fn take(&mut self, status: StepStatus, q: &[f64; MAX_JOINTS], twist: &Row6, frame: Option<&PathFrame>, rates: &[f64]) {
+        (self.status, self.q, self.twist, self.frame) = (status, *q, *twist, frame.map(|frame| frame.end));
         for (kept, rate) in self.rates.iter_mut().zip(rates) {
             *kept = *rate;
         }

@@ -14,7 +14,7 @@ use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
 use redundancy::linalg::{MAX_JOINTS, Row6};
-use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, Resolver, SqpSettings};
+use redundancy::resolve::{Iteration, Memory, OrthogonalSqp, PathFrame, Resolver, SqpSettings};
 
 /// Redundancy resolution by sequential quadratic programming in the null space of the task (Leger 2014, 3.2.3, 4.2).
 ///
@@ -63,14 +63,15 @@ impl PyOrthogonalSqp {
         py: Python<'py>,
         q: &[f64; MAX_JOINTS],
         twist: &Row6,
+        frame: Option<PathFrame>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let n = self.solver.robot().n();
         let array = output(py, out, [n])?;
         let rates = elements(&array);
-        let status = self.solver.step(&q[..n], twist, rates);
+        let status = self.solver.step_about(&q[..n], twist, frame.as_ref(), rates);
         self.given.check(py)?;
-        self.last().take(status, q, twist, rates);
+        self.last().take(status, q, twist, frame.as_ref(), rates);
         Ok(array)
     }
 }
@@ -100,10 +101,12 @@ impl PyOrthogonalSqp {
         let terms = &objective.bind(py).get().objective;
         let length = length.or_else(|| terms.length()).unwrap_or(1.0);
         let settings = SqpSettings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
-        let asked = *task.get().plain("OrthogonalSQP")?;
-        let solver = OrthogonalSqp::new(robot.get().robot.clone(), asked, terms.clone(), settings);
+        let mut solver = ok(OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings))?;
+        if let Some(volume) = &task.get().volume {
+            solver = ok(solver.within_volume(volume.clone()))?;
+        }
         let given = Given::new(py, robot, task, Some(objective.into_any()));
-        Ok(Self { solver: ok(solver)?, given, last: Mutex::new(Last::NONE) })
+        Ok(Self { solver, given, last: Mutex::new(Last::NONE) })
     }
 
     /// The robot.
@@ -147,6 +150,9 @@ impl PyOrthogonalSqp {
     ///     components are not looked at.
     /// out : ndarray, shape (n,), optional
     ///     Receives the result.
+    /// frame : array_like, shape (3, 3) or (4, 4), optional
+    ///     For a `Task.within` a volume, which needs it: the path's frame at the end of the tick, about which the volume is. Where the tool is outside of it about
+    ///     that of the step before too, it comes back with 0.5 rad/s.
     ///
     /// Returns
     /// -------
@@ -154,22 +160,29 @@ impl PyOrthogonalSqp {
     ///     Rates [rad/s or m/s]: finite, within speed limits, never across a position limit within ``dt``; a joint that is beyond one comes
     ///     back, with a quarter of its speed limit at least. `status` tells how they came about.
     ///
+    /// Raises
+    /// ------
+    /// ShapeError, NonFiniteError, InvalidValueError
+    ///     If an array has the wrong shape, a number is not finite, or ``frame`` is missing where the task is within a volume, or given where it is not.
+    ///
     /// Notes
     /// -----
     /// Where the task's Jacobian is nearly singular the step is damped (shortest over longest orthogonal row below 1e-4) and the objective is left
     /// aside. In front of a goal out of reach it is that of the posture nearest to it, "damped" or "limited". No allocation but that of the result.
-    #[pyo3(signature = (q, twist, out=None))]
+    #[pyo3(signature = (q, twist, out=None, *, frame=None))]
     fn step<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         twist: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
+        frame: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let q = posture(self.solver.robot(), "q", q)?;
         let mut desired = [0.0; 6];
         read_vector("twist", twist, 6, &mut desired)?;
-        self.tick(py, &q, &desired, out)
+        let frame = solution::path_frame(&self.solver, frame, self.last().frame)?;
+        self.tick(py, &q, &desired, frame, out)
     }
 
     /// Joint rates of one control tick along a path: `step` with the twist that takes the tool to where it has to be at the end of the tick, and takes
@@ -206,12 +219,12 @@ impl PyOrthogonalSqp {
         out: Option<&Bound<'py, PyAny>>,
         share: f64,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (q, twist) = solution::along(&self.solver, q, now, next, share)?;
-        self.tick(py, &q, &twist, out)
+        let (q, twist, frame) = solution::along(&self.solver, q, now, next, share)?;
+        self.tick(py, &q, &twist, frame, out)
     }
 
     /// How the last `step` came about: "regular" (the twist is followed to rounding, as far as the task looks at it), "damped", "task only" (the objective
-    /// has no derivatives there), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position and comes back).
+    /// has no derivatives there), "limited" (slowed down or held by limits) or "returning" (a joint is beyond a limit of position, or the tool outside the volume, and comes back).
     #[getter]
     fn status(&self) -> &'static str {
         self.last().status.name()
@@ -292,7 +305,7 @@ impl PyOrthogonalSqp {
     /// The lower block of the printed Jacobian (4.13) has the wrong sign: a1 - p1 is right.
     fn constraint<'py>(&self, py: Python<'py>, q: &Bound<'py, PyAny>, target: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let n = self.solver.robot().n();
-        let target = solution::target(self.solver.task(), "target", target)?;
+        let target = solution::target(solution::form(&self.solver), "target", target)?;
         let at = ok(self.solver.constraint(&target, &posture(self.solver.robot(), "q", q)?[..n]))?;
         let matrix = |rows: usize, columns: usize, entry: &dyn Fn(usize, usize) -> f64| {
             let numbers = (0..rows * columns).map(|k| entry(k / columns, k % columns)).collect();
@@ -324,7 +337,7 @@ impl PyOrthogonalSqp {
     ///     Evaluations of the objective up to there, those of refused steps included.
     fn history<'py>(&self, py: Python<'py>, target: &Bound<'py, PyAny>, q0: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let n = self.solver.robot().n();
-        let target = solution::target(self.solver.task(), "target", target)?;
+        let target = solution::target(solution::form(&self.solver), "target", target)?;
         let q0 = posture(self.solver.robot(), "q0", q0)?;
         let mut seen = Vec::new();
         py.detach(|| self.solver.trace(&target, &q0[..n], &mut |iteration| seen.push(*iteration)));

@@ -9,9 +9,12 @@ use pyo3::types::PyDict;
 use redundancy::error::{Error, Result};
 use redundancy::inverse::{Postures, Request, TaskInverse, Wanted};
 use redundancy::robot::Robot;
-use redundancy::task::Task;
+use redundancy::linalg::frame::Frame;
+use redundancy::linalg::quaternion::Quaternion;
+use redundancy::kinematics::forward;
+use redundancy::task::{OrientationVolume, Task};
 
-use crate::array::{elements, output, read_any, read_vector, shape_of};
+use crate::array::{elements, ok, output, read_any, read_vector, shape_of};
 use crate::errors::{Failure, PyResult};
 use crate::robot::frames::{Maybe, Poses, read_poses};
 use redundancy::error::check_finite;
@@ -28,13 +31,36 @@ pub fn read_fixed(fixed: &Bound<'_, PyDict>) -> PyResult<Vec<(usize, f64)>> {
         .collect()
 }
 
+/// How many values are tried of what is to spare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Samples {
+    /// Of a joint.
+    Joint(usize),
+    /// Of the tilt, the heading and the spin of a volume's members.
+    Members((usize, usize, usize)),
+}
+
+/// One number of values or three.
+#[inline(never)]
+pub fn read_samples(samples: &Bound<'_, PyAny>) -> PyResult<Samples> {
+    if let Ok(count) = samples.extract() {
+        return Ok(Samples::Joint(count));
+    }
+    samples.extract::<[usize; 3]>().map(|[tilts, headings, spins]| Samples::Members((tilts, headings, spins))).map_err(|_| {
+        let shown = samples.repr().map_or_else(|_| "?".into(), |shown| shown.to_string());
+        Error::value("samples", shown, "a number of values, or three for the members of a volume").into()
+    })
+}
+
 /// What is asked beside the poses.
 pub struct Asked<'a, 'py> {
     pub task: Option<Task>,
+    /// The orientations that are allowed about the poses.
+    pub volume: Option<&'a OrientationVolume>,
     pub near: Maybe<'a, 'py>,
     pub fixed: Option<&'a Bound<'py, PyDict>>,
     pub arm_angle: Option<f64>,
-    pub samples: Option<usize>,
+    pub samples: Option<Samples>,
     pub limits: bool,
     pub turns: bool,
     pub report: bool,
@@ -49,12 +75,24 @@ impl Asked<'_, '_> {
         solver: &OnceLock<Result<TaskInverse>>,
         pose: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let poses = read_poses("pose", pose)?;
+        let mut poses = read_poses("pose", pose)?;
         let near = self.near.map(|near| read_near(near, robot.n(), &poses)).transpose()?;
+        let samples = match (self.volume, self.samples) {
+            (Some(volume), samples) => {
+                let joints = take_members(robot, volume, &mut poses, samples, near.as_deref())?;
+                joints.map(Samples::Joint)
+            }
+            (None, samples) => samples,
+        };
+        let samples = match samples {
+            Some(Samples::Members(_)) => return Err(Error::value("samples", "three numbers", "one, as the task has no volume").into()),
+            Some(Samples::Joint(joint)) => Some(joint),
+            None => None,
+        };
         let fixed = self.fixed.map(read_fixed).transpose()?;
         let task = self.task.unwrap_or(Task::FULL);
         let wanted = Wanted { task, fixed: fixed.as_deref().unwrap_or_default(), limits: self.limits, turns: self.turns };
-        let request = match (self.arm_angle, self.samples, &fixed) {
+        let request = match (self.arm_angle, samples, &fixed) {
             (Some(_), _, Some(_)) => return Err(Error::value("arm_angle", "given beside fixed", "one of the two").into()),
             (Some(_), Some(_), _) => return Err(Error::value("samples", "given beside arm_angle", "one of the two").into()),
             (Some(_), None, None) if task != Task::FULL => {
@@ -87,6 +125,49 @@ impl Asked<'_, '_> {
             }
         }
     }
+}
+
+/// Replaces poses by those of members of a volume about them: all of a grid, or the nearest to the tool at `near` or to the pose itself. The number of values that
+/// are left for a joint.
+#[inline(never)]
+fn take_members(
+    robot: &Robot,
+    volume: &OrientationVolume,
+    poses: &mut Poses,
+    samples: Option<Samples>,
+    near: Option<&[f64]>,
+) -> PyResult<Option<usize>> {
+    let about = |pose: &Frame, member: &Quaternion| {
+        let turned = Frame { axes: member.axes(), origin: [0.0; 3] };
+        pose.compose(&turned)
+    };
+    if let Some(Samples::Members((tilts, headings, spins))) = samples {
+        let Poses::One(pose) = poses else {
+            return Err(Error::value("samples", "three numbers beside many poses", "one pose").into());
+        };
+        let members = volume.grid(tilts, headings, spins);
+        *poses = Poses::Many(members.iter().map(|member| about(pose, &member.orientation)).collect());
+        return Ok(None);
+    }
+    let n = robot.n();
+    let nearest = |i: usize, pose: &Frame| {
+        let own = near.map(|near| if near.len() == n { near } else { &near[i * n..(i + 1) * n] });
+        let tool = own.map_or(Ok(*pose), |q| forward(robot, q))?;
+        let seen = Quaternion::from_axes(&pose.axes).conjugate().product(&Quaternion::from_axes(&tool.axes));
+        Ok::<_, Error>(about(pose, &volume.nearest(&seen).orientation))
+    };
+    match poses {
+        Poses::One(pose) => *pose = ok(nearest(0, pose))?,
+        Poses::Many(poses) => {
+            for (i, pose) in poses.iter_mut().enumerate() {
+                *pose = ok(nearest(i, pose))?;
+            }
+        }
+    }
+    Ok(match samples {
+        Some(Samples::Joint(count)) => Some(count),
+        _ => None,
+    })
 }
 
 /// The solver of whole frames, made when first asked for.

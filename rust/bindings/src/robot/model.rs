@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 
 use super::controller::{self, PyController};
-use super::inverse::{Asked, read_fixed, whole};
+use super::inverse::{Asked, read_fixed, read_samples, whole};
 use super::pose;
 use crate::array::{elements, map_rows, ok, output, read_vector, vector};
 use crate::errors::PyResult;
@@ -590,6 +590,8 @@ impl PyRobot {
     /// task : Task, optional
     ///     What of the frame matters; all of it if not given, also for robots of fewer than six joints, which then have postures only where they
     ///     can reach the whole frame. ``Task.axisymmetric()`` is for five joints and the tool's axis, ``Task.position()`` for three joints.
+    ///     With ``Task.within(volume)`` the pose is the frame that the volume is about, and the whole frame is reached with the member that is nearest: to the
+    ///     tool at ``near``, or without to the pose itself; or, with three ``samples``, with each member of a grid.
     /// near : array_like, shape (n,), optional
     ///     A posture [rad or m], such as where the robot stands: the answer is in order of the Euclidean norm of the difference from it, joints by the
     ///     whole turn nearest to it (with ``limits`` the nearest that they allow). A joint that may be chosen in a singular posture is where this
@@ -598,10 +600,11 @@ impl PyRobot {
     ///     Joints that are held, counted from 0, and where [rad or m]: for robots of more joints than the task takes.
     /// arm_angle : float, optional
     ///     Instead of a held joint, the angle of the arm's plane [rad] (see `arm_angle`).
-    /// samples : int, optional
+    /// samples : int or (int, int, int), optional
     ///     For a robot with one joint more than the task takes: one is held at so many values over its limits (a turn without), and the postures of
     ///     all of them are returned; with ``near`` also those with its value. The joint is the one whose holding leaves a closed form, of several the one
-    ///     with the largest share in the self-motion. Never complete.
+    ///     with the largest share in the self-motion. Never complete. Three numbers are those of `OrientationVolume.grid`, of tilts, headings and spins: then the answer has the postures of all
+    ///     members, for one pose.
     /// limits : bool
     ///     Whether only postures within the position limits are returned.
     /// turns : bool
@@ -618,6 +621,8 @@ impl PyRobot {
     ///     has joints) and none comes twice.
     /// frame : ndarray of int, shape (K,)
     ///     With many poses: the number of the pose of each posture, counted from 0.
+    /// member : ndarray of int, shape (k,)
+    ///     With three ``samples``: the member of each posture, as its place in the grid.
     /// singular : ndarray of bool, shape (k,)
     ///     With ``report``: whether branches meet in this posture, or a joint of it may be chosen (without ``near`` it is 0 then; with
     ///     ``limits`` as near to it as these let).
@@ -648,13 +653,15 @@ impl PyRobot {
         near: Maybe<'_, 'py>,
         fixed: Option<&Bound<'py, PyDict>>,
         arm_angle: Option<f64>,
-        samples: Option<usize>,
+        samples: Maybe<'_, 'py>,
         limits: bool,
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let task = task.map(|task| task.plain("Robot.inverse").copied()).transpose()?;
-        Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
+        let volume = task.and_then(|task| task.volume.as_ref());
+        let task = task.filter(|_| volume.is_none()).map(|task| task.task);
+        let samples = samples.map(read_samples).transpose()?;
+        Asked { task, volume, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
     }
 
     /// One posture that takes the tool to a pose, or as near to it as may be; one each of many.

@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::linalg::MAX_JOINTS;
 use crate::qp::Row;
 use crate::robot::MAX_COMBINATIONS;
+use crate::task::volume::MAX_SIDES;
 
 /// Pairs that are looked at in a tick, the nearest ones.
 pub const MAX_NEAR: usize = 24;
@@ -115,6 +116,6 @@ fn tighten(damper: Damper, pairs: &[Proximity], there: &[Proximity], dt: f64, ro
 }
 
 const _: () = assert!(
-    MAX_OWN_ROWS + MAX_NEAR + MAX_COMBINATIONS + 6 <= MAX_ROWS,
-    "rows of a tick, of near pairs, of combinations and of the deviation"
+    MAX_OWN_ROWS + MAX_NEAR + MAX_SIDES + MAX_COMBINATIONS + 6 <= MAX_ROWS,
+    "rows of a tick, of near pairs, of a volume, of combinations and of the deviation"
 );

@@ -6,13 +6,15 @@ use super::settings::{QuadraticMemory, Tick};
 use super::solver::{QuadraticSolver, RateBounds};
 use crate::index::Objective;
 use crate::inverse::{error_at, reach_sized};
+use crate::kinematics::sized::forward;
 use crate::linalg::vector::norm;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::resolve::bounds::motion_interval;
-use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus};
+use crate::resolve::reach_inside::Sought;
+use crate::resolve::{Memory, PathFrame, ON_TARGET, Resolver, Solution, SolveStatus};
 use crate::robot::Robot;
-use crate::task::{Target, Task};
+use crate::task::{OrientationVolume, Target, Task};
 
 /// Steps towards a target.
 const STEPS: usize = 20;
@@ -28,6 +30,10 @@ impl Resolver for QuadraticSolver {
 
     fn task(&self) -> &Task {
         &self.task
+    }
+
+    fn volume(&self) -> Option<&OrientationVolume> {
+        self.volume.as_deref()
     }
 
     fn keeps_limits(&self) -> bool {
@@ -63,14 +69,20 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
         for i in 0..n {
             (bounds.lower[i], bounds.upper[i]) = motion_interval(limits, i, q[i]);
         }
-        let tick = Tick { q: &q[..n], twist, stiffness: settings.stiffness, rows: &[], twists: &[] };
+        let tick = Tick { q: &q[..n], twist, stiffness: settings.stiffness, rows: &[], twists: &[], frame: Some(PathFrame { start: None, end: target.frame }) };
         solver.within::<C>(&tick, 1.0, &bounds, &mut memory, &mut motion[..n]);
         for i in 0..n {
             q[i] += motion[i];
         }
     }
-    let found = reach_sized::<C>(robot, limits, &solver.task, target, settings.length, &mut q[..n], TOLERANCE, REACH_ITERATIONS);
-    let (w, v) = error_at::<C>(robot, &solver.task, target, &q[..n]);
+    let found = match &solver.volume {
+        None => reach_sized::<C>(robot, limits, &solver.task, target, settings.length, &mut q[..n], TOLERANCE, REACH_ITERATIONS),
+        Some(volume) => {
+            let sought = Sought { robot, volume, target, length: settings.length, limits, held: 0 };
+            sought.reach(&mut q[..n], TOLERANCE, REACH_ITERATIONS)
+        }
+    };
+    let (w, v) = solver.left(&forward::<C>(robot, &q[..n]), target);
     let (position_error, angle_error) = (norm(v), norm(w));
     let value = |objective: &Objective| objective.value_sized::<C>(robot, &q[..n]);
     Solution {

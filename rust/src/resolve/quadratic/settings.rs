@@ -5,6 +5,7 @@ use super::rest::Closing;
 use crate::error::{Error, Result, check_positive};
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::qp::{ActiveSet, Constraint, Place, Row, Side};
+use crate::resolve::PathFrame;
 
 /// Settings of [`QuadraticSolver`](super::QuadraticSolver).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,7 +66,7 @@ pub enum QuadraticStatus {
     Relaxed,
     /// The task gives way to limits of joints.
     Limited,
-    /// A joint is beyond a limit of position and comes back; the task is followed as far as that allows.
+    /// A joint is beyond a limit of position, or the tool outside the volume, and comes back; the task is followed as far as that allows.
     Returning,
     /// Rows exclude each other or the limits: all of them give way by as little as can be, and the largest deviation does not count.
     Infeasible,
@@ -100,6 +101,8 @@ pub struct Tick<'a> {
     pub rows: &'a [Row<'a>],
     /// Twists of the frames beside the task [omega; v], in their order; a frame without one does not count.
     pub twists: &'a [Row6],
+    /// The path's frame, about which a volume is: without it a volume does not count.
+    pub frame: Option<PathFrame>,
 }
 
 /// What came of a tick.
@@ -115,6 +118,8 @@ pub struct Outcome {
     pub beyond_deviation: bool,
     /// Whether the index could be evaluated, with numbers that the programme can hold.
     pub conditioned: bool,
+    /// Whether the tool is outside the volume about the path's frame at the end, by more than rounding: bounds excluded each other, or it comes back.
+    pub outside: bool,
     /// Constraints that the programme added or dropped.
     pub changes: usize,
 }
@@ -123,7 +128,7 @@ impl Default for Outcome {
     /// Nothing asked yet.
     fn default() -> Self {
         let status = QuadraticStatus::Solved;
-        Self { status, deviation: [0.0; 6], failed: 0, beyond_deviation: false, conditioned: true, changes: 0 }
+        Self { status, deviation: [0.0; 6], failed: 0, beyond_deviation: false, conditioned: true, outside: false, changes: 0 }
     }
 }
 

@@ -10,17 +10,20 @@ use super::settings::{Outcome, QuadraticMemory, QuadraticSettings, QuadraticStat
 use crate::error::{Error, Result, check_finite};
 use crate::index::Objective;
 use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::linalg::frame::Frame;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
-use crate::linalg::{Row6, Rows6, size};
+use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{ActiveSet, DenseRow, Minimum, Place, Status};
 use crate::resolve::bounds::{coupled_rows, rate_interval};
 use crate::resolve::coupled::keep_combinations;
+use crate::resolve::inside::{Inside, Step, check_volume};
 use crate::robot::{AT_LIMIT, MAX_COMBINATIONS, Robot};
+use crate::task::volume::{MAX_SIDES, OrientationVolume};
 use crate::task::{Directions, Task};
 
 /// Rows of a programme at most, those of the deviation included.
-pub(super) const MAX_ROWS: usize = 72;
+pub(super) const MAX_ROWS: usize = 78;
 /// Rows of a tick's own at most.
 pub const MAX_OWN_ROWS: usize = 32;
 /// Rows of a programme that asks for no more than the largest deviation and a little: its buffer is small.
@@ -45,6 +48,8 @@ pub struct QuadraticSolver {
     settings: QuadraticSettings,
     /// What is more than one number; apart, as few have it.
     pub(super) general: Option<Box<General>>,
+    /// The volume of orientations that is part of the task.
+    pub(super) volume: Option<Box<OrientationVolume>>,
 }
 
 /// Least and greatest rates.
@@ -73,6 +78,9 @@ pub(super) struct Programme<'a, const C: usize> {
     pub wanted: Row6,
     /// Whether the index could be evaluated.
     pub conditioned: bool,
+    /// The bounds of a volume.
+    pub inside: Option<&'a Inside<'a>>,
+    pub tool: &'a Frame,
     pub jacobian: &'a Jacobian<'a, C>,
     pub dt: f64,
 }
@@ -97,7 +105,14 @@ impl QuadraticSolver {
             }
         }
         let term = index.map(|(objective, weight)| IndexTerm { objective, weight, form, derivatives });
-        Ok(Self { robot, task, term, settings, general: None })
+        Ok(Self { robot, task, term, settings, general: None, volume: None })
+    }
+
+    /// The same with a volume that the tool's orientation, about the path's, has to be in; the task is the position.
+    pub fn within_volume(mut self, volume: OrientationVolume) -> Result<Self> {
+        check_volume(&volume, &self.task)?;
+        self.volume = Some(Box::new(volume));
+        Ok(self)
     }
 
     /// The settings.
@@ -156,14 +171,26 @@ impl QuadraticSolver {
         let mut cost = self.cost_of_rates::<C>(n);
         let conditioned = self.term.as_ref().is_none_or(|term| term.add(&self.robot, tick.q, &columns, dt, &mut memory.index, &mut cost));
         self.add_tasks(&mut cost, tick, dt, &directions, &rows, &wanted);
-        let programme = Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, jacobian: &columns, dt };
+        let inside = match (&self.volume, &tick.frame) {
+            (Some(volume), Some(frame)) => {
+                let mut inside = Inside::new(volume, frame, &tool, dt);
+                if bounds.brakes {
+                    inside.brake(&tool, &columns.w[..n], self.robot.limits(), dt);
+                }
+                Some(inside)
+            }
+            _ => None,
+        };
+        let inside = inside.as_ref();
+        let programme =
+            Programme { tick, n, cost, bounds, directions, rows, wanted, conditioned, inside, tool: &tool, jacobian: &columns, dt };
         let (angular, linear) = self.settings.largest_deviation;
         let bounded = match &self.general {
             Some(general) if general.bounds.is_some() => 6,
             _ if angular.is_finite() || linear.is_finite() => directions.dimension(),
             _ => 0,
         };
-        match tick.rows.len() + bounded + self.combinations() {
+        match tick.rows.len() + bounded + self.combinations() + inside.map_or(0, |inside| inside.count) {
             0 => self.answer(&programme, &mut [], memory, rates),
             1..=FEW_ROWS => self.answer(&programme, &mut [DenseRow::OPEN; FEW_ROWS], memory, rates),
             _ => self.answer_many(&programme, memory, rates),
@@ -217,14 +244,31 @@ impl QuadraticSolver {
     ) -> Outcome {
         let n = programme.n;
         let (own, hard, all) = self.gather(programme, buffer);
+        if let Some(inside) = programme.inside {
+            inside.predict(&self.robot, programme.tick.q, (programme.tool, programme.jacobian), memory.rates.as_ref(), programme.dt, &mut buffer[own..]);
+        }
         let narrowed = programme.bounds.jerks.then(|| self.within_jerk(programme, &buffer[..all], memory));
         let bounds = narrowed.as_ref().unwrap_or(programme.bounds);
-        let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
-        let answer = self.solve_relaxing(programme, &at, hard, memory);
-        for i in 0..n {
-            // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
-            rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
-        }
+        let closing = memory.closing;
+        let (mut round, mut settling) = (0, None);
+        let answer = loop {
+            let at = Constraints { lower: &bounds.lower, upper: &bounds.upper, rows: &buffer[..all] };
+            let answer = match settling.filter(|_| Step::of(round) != Step::Whole) {
+                None => self.solve_relaxing(programme, &at, hard, memory),
+                Some(before) => settle(programme, &at, before, round, memory),
+            };
+            for i in 0..n {
+                // Numbers near the largest there are can overflow on the way: such a joint stands still if it may.
+                rates[i] = if answer.x[i].is_finite() { answer.x[i] } else { 0.0 }.clamp(bounds.lower[i], bounds.upper[i]);
+            }
+            let next = programme.inside.and_then(|inside| self.tighten(inside, programme, &answer, round, &mut buffer[own..], rates));
+            let Some(next) = next else { break answer };
+            round = next;
+            if Step::of(round) == Step::Whole {
+                memory.closing = closing;
+            }
+            settling = Some(answer);
+        };
         if answer.infeasible && self.combinations() > 0 {
             // Rows that exclude each other, or accelerations, give way to limits of position.
             keep_combinations(&self.robot, &self.task, self.settings.length, programme.tick.q, programme.dt, &mut rates[..n]);
@@ -240,7 +284,7 @@ impl QuadraticSolver {
             status: match (kept, answer.held) {
                 _ if answer.infeasible => QuadraticStatus::Infeasible,
                 _ if printed && answer.without_index == Some(Status::NotConvex) => QuadraticStatus::NotConvex,
-                _ if bounds.returning => QuadraticStatus::Returning,
+                _ if bounds.returning || programme.inside.is_some_and(|inside| inside.outside) => QuadraticStatus::Returning,
                 (true, _) => QuadraticStatus::Solved,
                 (false, true) => QuadraticStatus::Limited,
                 (false, false) => QuadraticStatus::Relaxed,
@@ -248,6 +292,7 @@ impl QuadraticSolver {
             deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
             failed: failed(&buffer[..own], rates),
             beyond_deviation: answer.beyond_deviation,
+            outside: programme.inside.is_some_and(|inside| inside.falls_short::<C>(&self.robot, programme.tick.q, &rates[..n], programme.dt)),
             // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
             conditioned: programme.conditioned && (printed || answer.without_index.is_none()),
             changes: answer.changes,
@@ -268,21 +313,53 @@ impl QuadraticSolver {
         out
     }
 
-    /// Writes the rows of the tick, then those of combinations of joints, then those of the largest deviation; how many are of the tick, how many have to
+    /// Writes the bounds of a volume anew, about where rates lead, where these leave one short: the round that it is for. Rates that no row keeps inside are
+    /// shortened.
+    #[inline(always)]
+    fn tighten<const C: usize>(
+        &self,
+        inside: &Inside<'_>,
+        programme: &Programme<'_, C>,
+        answer: &Answer<C>,
+        round: usize,
+        rows: &mut [DenseRow<C>],
+        rates: &mut [f64],
+    ) -> Option<usize> {
+        let (robot, q, dt) = (&*self.robot, programme.tick.q, programme.dt);
+        let rates = &mut rates[..programme.n];
+        if !answer.infeasible && !inside.falls_short::<C>(robot, q, rates, dt) {
+            return None;
+        }
+        let next = match (answer.infeasible, round) {
+            (false, _) => round + 1,
+            // Rows about where rates led may exclude what those about the posture allow.
+            (true, 0) => 1,
+            (true, _) => Step::after_excluding(round)?,
+        };
+        if !Step::exists(next) {
+            inside.shorten(robot, q, dt, rates);
+            return None;
+        }
+        let anew = answer.infeasible || Step::of(next) == Step::Rest;
+        inside.write_about(robot, q, if anew { &[0.0; MAX_JOINTS][..programme.n] } else { &*rates }, dt, rows);
+        Some(next)
+    }
+
+    /// Writes the rows of the tick, leaves room for those of a volume, then writes those of combinations of joints, then those of the largest deviation; how many are of the tick, how many have to
     /// hold, and how many there are.
     fn gather<const C: usize>(&self, programme: &Programme<'_, C>, buffer: &mut [DenseRow<C>]) -> (usize, usize, usize) {
         let n = programme.n;
-        let own = programme.tick.rows.len().min(MAX_ROWS - 6 - MAX_COMBINATIONS);
+        let own = programme.tick.rows.len().min(MAX_ROWS - 6 - MAX_COMBINATIONS - MAX_SIDES);
         for (dense, row) in buffer.iter_mut().zip(&programme.tick.rows[..own]) {
             for (entry, given) in dense.a[..n].iter_mut().zip(row.a) {
                 *entry = *given;
             }
             (dense.lower, dense.upper) = (row.lower, row.upper);
         }
-        let mut hard = own;
+        let mut hard = own + programme.inside.map_or(0, |inside| inside.count);
         if self.combinations() > 0 {
             let RateBounds { lower, upper, .. } = programme.bounds;
-            hard += coupled_rows(self.robot.limits(), programme.tick.q, programme.dt, lower, upper, &mut buffer[own..]).0;
+            hard += coupled_rows(self.robot.limits(), programme.tick.q, programme.dt, lower, upper, &mut buffer[hard..]).0;
         }
         let mut all = hard;
         if let Some((lower, upper)) = self.general.as_ref().and_then(|general| general.bounds.as_ref()) {
@@ -401,7 +478,33 @@ fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut 
     solver.within(tick, solver.settings.dt, &bounds, memory, rates)
 }
 
+/// The rates that are nearest to those before and hold the rows, which have changed by little since. Those before where there are none.
+#[cold]
+#[inline(never)]
+fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>, mut before: Answer<C>, round: usize, memory: &QuadraticMemory) -> Answer<C> {
+    let (n, m) = (programme.n, programme.directions.dimension());
+    if Step::of(round) == Step::Rest {
+        before.x = [0.0; C];
+    }
+    let mut made = [0.0; 6];
+    let mut size = f64::MIN_POSITIVE;
+    for (made, row) in made.iter_mut().zip(&programme.rows).take(m) {
+        *made = row.iter().zip(&before.x).map(|(a, x)| a * x).sum();
+        size += row.iter().map(|a| a * a).sum::<f64>();
+    }
+    let mut cost = Cost::<C>::of_rates(&[1.0; MAX_JOINTS][..n]);
+    for i in 0..n {
+        cost.g[i] = -before.x[i];
+    }
+    if Step::of(round) == Step::Task {
+        cost.add_deviation(STIFFEST / size, &programme.rows, &made, m);
+    }
+    let found = solve(&cost, at, n, &memory.start());
+    if found.status == Status::Solved { Answer { x: found.x, infeasible: false, ..before } } else { before }
+}
+
 /// Rates, whether bounds hold them, whether the rows or the index had to be left out, and how often the programme changed its mind.
+#[derive(Clone, Copy)]
 struct Answer<const C: usize> {
     x: [f64; C],
     held: bool,

@@ -131,6 +131,11 @@ impl Method {
         Self::ResolvedRate,
     ];
 
+    /// Whether the method can keep a tool in a volume: those whose answer depends on the task's own components alone.
+    pub(super) fn takes_volumes(self) -> bool {
+        matches!(self, Self::TwistDecomposition | Self::GradientProjection | Self::WeightedInverse | Self::Householder)
+    }
+
     /// The columns that the method's system adds to those of the joints.
     pub fn extra_columns(self, task: &Task) -> usize {
         if self == Self::VirtualJoint { 6 - task.dimension() } else { 0 }

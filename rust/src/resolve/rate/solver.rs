@@ -5,17 +5,19 @@ use std::sync::Arc;
 use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
-use crate::inverse::{error_at, reach};
-use crate::kinematics::sized::jacobian;
+use crate::inverse::reach;
+use crate::kinematics::sized::{forward, jacobian};
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
 use crate::resolve::coupled::keep_combinations;
+use crate::resolve::inside::{Asking, check_volume, keep_inside};
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
-use crate::resolve::{ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
+use crate::resolve::reach_inside::Sought;
+use crate::resolve::{ON_TARGET, PathFrame, Resolver, Solution, SolveStatus, StepStatus};
 use crate::robot::{Limits, Robot};
-use crate::task::{Directions, Target, Task};
+use crate::task::{Directions, OrientationVolume, Target, Task};
 
 /// Largest motion of a joint in one iteration towards a target [rad or m].
 const LARGEST_MOTION: f64 = 0.5;
@@ -99,6 +101,7 @@ pub struct RateSolver {
     secondary: Secondary,
     weights: Option<[f64; MAX_JOINTS]>,
     settings: RateSettings,
+    volume: Option<Box<OrientationVolume>>,
 }
 
 /// Rates within position and speed limits.
@@ -194,7 +197,17 @@ impl RateSolver {
                 Some(std::array::from_fn(|i| values.get(i).copied().unwrap_or(1.0)))
             }
         };
-        Ok(Self { robot, task, method, secondary, weights, settings })
+        Ok(Self { robot, task, method, secondary, weights, settings, volume: None })
+    }
+
+    /// The same with a volume that the tool's orientation, about the path's, has to be in; the task is the position.
+    pub fn within_volume(mut self, volume: OrientationVolume) -> Result<Self> {
+        if !self.method.takes_volumes() {
+            return Err(Error::value("task", "within a volume", "a task without, as the method follows or shares free components of the twist"));
+        }
+        check_volume(&volume, &self.task)?;
+        self.volume = Some(Box::new(volume));
+        Ok(self)
     }
 
     /// The settings.
@@ -284,6 +297,18 @@ impl RateSolver {
         keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates).over(status)
     }
 
+    /// The same with the tool kept in the volume about the path's frame: where the method's motion would leave it, the nearest that does not, the position
+    /// first. For methods that project orthogonally this is their own motion for a task with the bounds that hold it.
+    pub fn step_about(&self, q: &[f64], twist: &Row6, frame: &PathFrame, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+        let status = self.step(q, twist, memory, rates);
+        let Some(volume) = &self.volume else { return status };
+        if q.len() != self.robot.n() || rates.len() != q.len() {
+            return status;
+        }
+        let asking = Asking { robot: &self.robot, q, dt: self.settings.dt, limits: self.settings.limits };
+        keep_inside(&asking, volume, frame, rates).over(status)
+    }
+
     /// Takes from the free motion, then from all, what limits have no room for.
     #[cold]
     #[inline(never)]
@@ -338,14 +363,19 @@ impl RateSolver {
 
     #[inline(always)]
     fn error_size<const C: usize>(&self, target: &Target, q: &[f64]) -> f64 {
-        let (w, v) = error_at::<C>(&self.robot, &self.task, target, q);
+        let (w, v) = self.left(&forward::<C>(&self.robot, q), target);
         norm(w).max(norm(v) / self.settings.length)
     }
 
     /// One iteration towards a target, or none where its motion is shorter than `stop`: whether it was long enough.
     #[inline(always)]
     fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, stop: f64, memory: &mut Memory) -> bool {
-        let motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
+        let mut motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
+        if let Some(volume) = &self.volume {
+            // A motion is what rates make in a tick of length 1.
+            let asking = Asking { robot: &self.robot, q, dt: 1.0, limits: false };
+            keep_inside(&asking, volume, &PathFrame { start: None, end: target.frame }, &mut motion.dq[..q.len()]);
+        }
         if motion.dq[..q.len()].iter().map(|x| x * x).sum::<f64>().sqrt() < stop {
             return false;
         }
@@ -363,7 +393,11 @@ impl RateSolver {
     /// Newton onto a target within limits, if any: whether it came there, and its steps.
     fn restore(&self, limits: Option<&Limits>, target: &Target, q: &mut [f64]) -> (bool, usize) {
         let (length, tolerance) = (self.settings.length, self.settings.tolerance);
-        let found = reach(&self.robot, limits, &self.task, target, length, q, tolerance, REACH_ITERATIONS);
+        let robot = &*self.robot;
+        let found = match &self.volume {
+            None => reach(robot, limits, &self.task, target, length, q, tolerance, REACH_ITERATIONS),
+            Some(volume) => Sought { robot, volume, target, length, limits, held: 0 }.reach(q, tolerance, REACH_ITERATIONS),
+        };
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 }
@@ -376,6 +410,10 @@ impl Resolver for RateSolver {
     /// The task that is followed.
     fn task(&self) -> &Task {
         &self.task
+    }
+
+    fn volume(&self) -> Option<&OrientationVolume> {
+        self.volume.as_deref()
     }
 
     fn keeps_limits(&self) -> bool {
@@ -450,7 +488,7 @@ fn solve<const C: usize>(solver: &RateSolver, target: &Target, q0: &[f64], memor
             q = direct;
         }
     }
-    let (w, v) = error_at::<C>(&solver.robot, &solver.task, target, &q[..n]);
+    let (w, v) = solver.left(&forward::<C>(&solver.robot, &q[..n]), target);
     let on_target = norm(w) <= ON_TARGET && norm(v) <= ON_TARGET;
     Solution {
         q,

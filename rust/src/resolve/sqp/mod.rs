@@ -8,18 +8,21 @@ mod step;
 
 use std::sync::Arc;
 
+use super::inside::{Asking, Inside, PathFrame, check_volume, keep_inside};
 use super::StepStatus;
 use super::bounds::{coupled_rows, speed_bounds};
 use super::coupled::keep_combinations;
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::linalg::frame::Frame;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::qp::DenseRow;
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
+use crate::task::volume::{MAX_SIDES, OrientationVolume};
 use crate::task::{Constraint, Task};
 pub use constraint::ConstraintAt;
 pub use solve::Iteration;
@@ -30,6 +33,9 @@ pub(super) const RADIUS: f64 = 0.3;
 
 /// Damping of a tick that cannot follow its task, as a part of the squared size of the task's Jacobian.
 const DAMPING: f64 = 1e-8;
+
+/// Rows of a step at most: of combinations of joints, and the bounds of a volume.
+pub(super) const MAX_STEP_ROWS: usize = MAX_COMBINATIONS + MAX_SIDES;
 
 /// Settings of [`OrthogonalSqp`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +85,7 @@ pub struct OrthogonalSqp {
     pub(super) task: Task,
     pub(super) objective: Objective,
     pub(super) settings: SqpSettings,
+    pub(super) volume: Option<Box<OrientationVolume>>,
 }
 
 impl OrthogonalSqp {
@@ -93,7 +100,14 @@ impl OrthogonalSqp {
                 &format!("at least {} joints, the dimension of the task", task.dimension()),
             ));
         }
-        Ok(Self { robot, task, objective, settings })
+        Ok(Self { robot, task, objective, settings, volume: None })
+    }
+
+    /// The same with a volume that the tool's orientation, about the target's, has to be in; the task is the position.
+    pub fn within_volume(mut self, volume: OrientationVolume) -> Result<Self> {
+        check_volume(&volume, &self.task)?;
+        self.volume = Some(Box::new(volume));
+        Ok(self)
     }
 
     /// The robot.
@@ -120,15 +134,37 @@ impl OrthogonalSqp {
     /// motion, position and speed limits hold. Feedback, if any, is part of the twist. Never NaN, never beyond the limits; no allocation.
     /// To arrays of another size than the robot the answer is to stand still, as at a limit.
     pub fn step(&self, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+        self.step_about(q, twist, None, rates)
+    }
+
+    /// The same with the tool kept in the volume about the path's frame, the position first; the objective falls as far as the bounds let it.
+    pub fn step_about(&self, q: &[f64], twist: &Row6, frame: Option<&PathFrame>, rates: &mut [f64]) -> StepStatus {
         if q.len() != self.robot.n() || rates.len() != q.len() {
             rates.fill(0.0);
             return StepStatus::Limited;
         }
-        let status = with_capacity!(self.robot.n(), step(self, q, twist, rates));
-        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
-            return status;
+        let mut status = with_capacity!(self.robot.n(), step(self, q, twist, frame, rates));
+        let SqpSettings { length, dt, limits, .. } = self.settings;
+        if limits && !self.robot.limits().coupled.is_empty() {
+            status = keep_combinations(&self.robot, &self.task, length, q, dt, rates).over(status);
         }
-        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates).over(status)
+        match (&self.volume, frame) {
+            (Some(volume), Some(frame)) => keep_inside(&Asking { robot: &self.robot, q, dt, limits }, volume, frame, rates).over(status),
+            _ => status,
+        }
+    }
+
+    /// Writes the bounds of the volume as rows of motions in a tick of length `dt`; how many there are.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn side_rows<const C: usize>(&self, frame: &PathFrame, at: (&Frame, &Jacobian<C>), dt: f64, rows: &mut [DenseRow<C>]) -> usize {
+        let Some(volume) = &self.volume else { return 0 };
+        let inside = Inside::new(volume, frame, at.0, dt);
+        inside.write(at, &[0.0; C], dt, rows);
+        for row in rows.iter_mut().take(inside.count) {
+            (row.lower, row.upper) = (dt * row.lower, dt * row.upper);
+        }
+        inside.count
     }
 
     /// The motion that brings the tool nearest, and whether limits hold it, where a step leads elsewhere, as in front of a goal out of reach. The free
@@ -156,16 +192,16 @@ impl OrthogonalSqp {
         }
     }
 
-    /// The rows of combinations in motions from `q`: the room to their limits.
+    /// Writes the rows of combinations in motions from `q`, the room to their limits; how many there are.
     #[cold]
     #[inline(never)]
-    pub(super) fn rows_around<'a, const C: usize>(&self, q: &[f64], rows: &'a mut [DenseRow<C>; MAX_COMBINATIONS]) -> &'a [DenseRow<C>] {
+    pub(super) fn rows_around<const C: usize>(&self, q: &[f64], rows: &mut [DenseRow<C>]) -> usize {
         let coupled = &self.robot.limits().coupled;
         for (row, it) in rows.iter_mut().zip(coupled) {
             row.a[..q.len()].copy_from_slice(&it.row);
             (row.lower, row.upper) = it.room(q);
         }
-        &rows[..coupled.len()]
+        coupled.len()
     }
 
     /// The room to the position limits around `q`; a joint outside may only come back.
@@ -184,7 +220,7 @@ impl OrthogonalSqp {
 }
 
 #[inline(never)]
-fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: &mut [f64]) -> StepStatus {
+fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, frame: Option<&PathFrame>, rates: &mut [f64]) -> StepStatus {
     let n = solver.robot.n();
     let SqpSettings { length, dt, gain, limits, .. } = solver.settings;
     let (tool, columns) = jacobian::<C>(&solver.robot, q);
@@ -194,14 +230,19 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
     let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
-    let (mut room, mut rows) = (None, &[][..]);
+    let (mut room, mut count) = (None, 0);
     if limits {
         returning = speed_bounds(solver.robot.limits(), q, dt, &mut low, &mut high);
         if !solver.robot.limits().coupled.is_empty() {
-            rows = coupled_steps(solver.robot.limits(), q, dt, (&low, &high), room.insert([DenseRow::OPEN; MAX_COMBINATIONS]));
+            count = coupled_steps(solver.robot.limits(), q, dt, (&low, &high), room.get_or_insert([DenseRow::OPEN; MAX_STEP_ROWS]));
         }
         (low, high) = (low.map(|x| dt * x), high.map(|x| dt * x));
     }
+    if let (Some(frame), true) = (frame, solver.volume.is_some()) {
+        let room = room.get_or_insert([DenseRow::OPEN; MAX_STEP_ROWS]);
+        count += solver.side_rows(frame, (&tool, &columns), dt, &mut room[count..]);
+    }
+    let rows = room.as_ref().map_or(&[][..], |room| &room[..count]);
     let fraction = (gain * dt).min(1.0);
     let bounds = Bounds { low, high, rows, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
@@ -216,21 +257,21 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, rates: 
     write(&step, returning, dt, rates)
 }
 
-/// The rows of combinations in motions of a tick, by bounds of the rates of joints.
+/// Writes the rows of combinations in motions of a tick, by bounds of the rates of joints; how many there are.
 #[cold]
 #[inline(never)]
-fn coupled_steps<'a, const C: usize>(
+fn coupled_steps<const C: usize>(
     limits: &Limits,
     q: &[f64],
     dt: f64,
     (low, high): (&[f64; C], &[f64; C]),
-    rows: &'a mut [DenseRow<C>; MAX_COMBINATIONS],
-) -> &'a [DenseRow<C>] {
+    rows: &mut [DenseRow<C>],
+) -> usize {
     let (count, _) = coupled_rows(limits, q, dt, low, high, rows);
     for row in &mut rows[..count] {
         (row.lower, row.upper) = (dt * row.lower, dt * row.upper);
     }
-    &rows[..count]
+    count
 }
 
 /// Numbers of the joints in the room for the largest robots, with `rest` beyond them.

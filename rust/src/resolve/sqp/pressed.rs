@@ -1,11 +1,11 @@
-//! A step of the SQP at limits on combinations of joints: the curvature of what they leave.
+//! A step of the SQP at limits on combinations of joints and at bounds of a volume: the curvature of what they leave.
 
-use super::{Bounds, Known, NewtonStep};
+use super::{Bounds, Known, MAX_STEP_ROWS, NewtonStep};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::cholesky::Cholesky;
 use crate::qp::DenseRow;
 use crate::resolve::StepStatus;
-use crate::robot::MAX_COMBINATIONS;
+use crate::task::volume::MAX_SIDES;
 
 /// A step this near to a limit of a combination, relative to the sizes that it is made of, stands at it.
 const AT: f64 = 1e-10;
@@ -42,7 +42,10 @@ impl Holds {
     }
 }
 
-/// The step with the combinations whose limits it goes to held there: they take their part of the gradient, so that the forces of the task, and with them the
+/// The bounds of a volume among the rows of a step: from which on, and their second derivatives with weights.
+pub(super) type Bend<'a> = (usize, &'a dyn Fn(&[f64; MAX_SIDES]) -> [[f64; MAX_JOINTS]; MAX_JOINTS]);
+
+/// The step with the combinations and bounds of a volume whose limits it goes to held there: they take their part of the gradient, so that the forces of the task, and with them the
 /// curvature, are those at the minimum, and convergence is quadratic. The step as it is where it goes to none. A force needs few digits: it only tells of the
 /// curvature.
 #[cold]
@@ -51,10 +54,11 @@ pub(super) fn pressed<const C: usize>(
     known: &Known<'_, C>,
     bounds: &Bounds<'_, C>,
     step: NewtonStep<C>,
+    bend: Option<Bend<'_>>,
     again: impl Fn(&Known<'_, C>, &Bounds<'_, C>) -> NewtonStep<C>,
 ) -> NewtonStep<C> {
     let (n, m) = (known.jacobian.n(), known.constraint.dimension());
-    let mut rows = [DenseRow::<C>::OPEN; MAX_COMBINATIONS];
+    let mut rows = [DenseRow::<C>::OPEN; MAX_STEP_ROWS];
     rows[..bounds.rows.len()].copy_from_slice(bounds.rows);
     let rows = &mut rows[..bounds.rows.len()];
     let mut holds = Holds { rows: [[0.0; MAX_JOINTS]; MAX_JOINTS], count: 0 };
@@ -62,15 +66,20 @@ pub(super) fn pressed<const C: usize>(
     for row in known.constraint.jacobian(known.jacobian).iter().take(m) {
         room &= holds.push(&row[..n]);
     }
-    for row in rows.iter_mut() {
+    let (first, mut which, mut straight) = (bend.map_or(rows.len(), |bend| bend.0), [0; MAX_JOINTS], false);
+    for (k, row) in rows.iter_mut().enumerate() {
         let (mut value, mut size) = (0.0, f64::EPSILON);
         for i in 0..n {
             value += row.a[i] * step.dq[i];
             size += (row.a[i] * step.dq[i]).abs();
         }
-        let end = if value >= 0.0 { row.upper } else { row.lower };
+        let end = if value - row.lower <= row.upper - value { row.lower } else { row.upper };
         if (value - end).abs() <= AT * size {
             (row.lower, row.upper) = (end, end);
+            straight |= k < first;
+            if holds.count < MAX_JOINTS {
+                which[holds.count] = k;
+            }
             room &= holds.push(&row.a[..n]);
         }
     }
@@ -89,6 +98,18 @@ pub(super) fn pressed<const C: usize>(
             objective.gradient[i] -= forces[j] * holds.rows[j][i];
         }
     }
+    if let Some((first, bend)) = bend {
+        let mut weights = [0.0; MAX_SIDES];
+        for j in combinations.clone().filter(|j| which[*j] >= first) {
+            weights[which[j] - first] = forces[j];
+        }
+        let curvature = bend(&weights);
+        for i in 0..n {
+            for k in 0..n {
+                objective.hessian[i][k] -= curvature[i][k];
+            }
+        }
+    }
     let mut out = again(&Known { objective: &objective, ..*known }, &Bounds { rows, ..*bounds });
     for j in combinations {
         out.slope += forces[j] * (0..n).map(|i| holds.rows[j][i] * out.dq[i]).sum::<f64>();
@@ -96,5 +117,7 @@ pub(super) fn pressed<const C: usize>(
     if !(out.free > 0.0 && out.slope < 0.0) {
         return step;
     }
-    NewtonStep { status: StepStatus::Limited, ..out }
+    // A minimum at a bound of the task's own is one.
+    let status = if straight || step.held != 0 { StepStatus::Limited } else { StepStatus::Regular };
+    NewtonStep { status, ..out }
 }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::pressed::pressed;
+use super::pressed::{Bend, pressed};
 use super::reduce::Turning;
-use super::{Bounds, Known, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
+use super::{Bounds, Known, MAX_STEP_ROWS, NewtonStep, OrthogonalSqp, RADIUS, newton_step};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
 use crate::inverse::reach_holding;
@@ -15,8 +15,11 @@ use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::qp::DenseRow;
 use crate::resolve::direct_update::direct_update_indefinite;
+use crate::resolve::inside::{PathFrame, curvature};
+use crate::resolve::reach_inside::Sought;
 use crate::resolve::{Memory, ON_TARGET, Resolver, Solution, SolveStatus, StepStatus};
-use crate::robot::{MAX_COMBINATIONS, Robot};
+use crate::robot::Robot;
+use crate::task::volume::{MAX_SIDES, OrientationVolume};
 use crate::task::{Target, Task};
 
 /// Trial lengths of one step.
@@ -55,6 +58,10 @@ impl Resolver for OrthogonalSqp {
 
     fn task(&self) -> &Task {
         &self.task
+    }
+
+    fn volume(&self) -> Option<&OrientationVolume> {
+        self.volume.as_deref()
     }
 
     fn keeps_limits(&self) -> bool {
@@ -118,8 +125,11 @@ impl OrthogonalSqp {
         let n = size::<C>(self.robot.n());
         let limits = self.settings.limits.then(|| self.robot.limits());
         let tolerance = self.settings.tolerance;
-        let found =
-            reach_holding::<C>(&self.robot, limits, &self.task, target, self.settings.length, &mut q[..n], held, tolerance, iterations);
+        let (robot, length, q) = (&*self.robot, self.settings.length, &mut q[..n]);
+        let found = match &self.volume {
+            None => reach_holding::<C>(robot, limits, &self.task, target, length, q, held, tolerance, iterations),
+            Some(volume) => Sought { robot, volume, target, length, limits, held }.reach(q, tolerance, iterations),
+        };
         (found.error <= tolerance.max(0.5 * ON_TARGET), found.iterations)
     }
 
@@ -169,10 +179,16 @@ impl OrthogonalSqp {
         let turning = task.turns_with_free_motion().then_some(Turning { robot, task, target, length, q, held: 0 });
         let known = Known { jacobian: &now.jacobian, objective: &now.objective, constraint: &constraint, turning, wanted: [0.0; 6] };
         let (low, high) = self.box_around::<C>(q);
-        let (mut room, mut rows) = (None, &[][..]);
+        let (mut room, mut straight, mut count) = (None, 0, 0);
         if self.settings.limits && !robot.limits().coupled.is_empty() {
-            rows = self.rows_around(q, room.insert([DenseRow::OPEN; MAX_COMBINATIONS]));
+            straight = self.rows_around(q, room.get_or_insert([DenseRow::OPEN; MAX_STEP_ROWS]));
+            count = straight;
         }
+        if self.volume.is_some() {
+            let (room, frame) = (room.get_or_insert([DenseRow::OPEN; MAX_STEP_ROWS]), PathFrame { start: None, end: target.frame });
+            count += self.side_rows(&frame, (&now.tool, &now.jacobian), 1.0, &mut room[count..]);
+        }
+        let rows = room.as_ref().map_or(&[][..], |room| &room[..count]);
         let bounds = Bounds { low, high, rows, radius: RADIUS, gain: 1.0 };
         let step = newton_step(&known, &bounds);
         let hold = |known: &Known<'_, C>, bounds: &Bounds<'_, C>, step: NewtonStep<C>| {
@@ -181,7 +197,9 @@ impl OrthogonalSqp {
         if rows.is_empty() {
             return hold(&known, &bounds, step);
         }
-        pressed(&known, &bounds, step, |known, bounds| hold(known, bounds, newton_step(known, bounds)))
+        let sides = |weights: &[f64; MAX_SIDES]| self.volume.as_ref().map_or([[0.0; MAX_JOINTS]; MAX_JOINTS], |volume| curvature(volume, robot, &target.frame, q, weights));
+        let bend: Option<Bend<'_>> = self.volume.is_some().then_some((straight, &sides));
+        pressed(&known, &bounds, step, bend, |known, bounds| hold(known, bounds, newton_step(known, bounds)))
     }
 
     /// The longest of the step, its half, its quarter ... whose end, brought back onto the target, is better.
@@ -220,7 +238,7 @@ impl OrthogonalSqp {
 
     #[inline(always)]
     fn finish<const C: usize>(&self, now: &Iterate<C>, target: &Target, iterations: usize, settled: bool) -> Solution {
-        let (w, v) = self.task.error(&now.tool, target);
+        let (w, v) = self.left(&now.tool, target);
         let n = size::<C>(self.robot.n());
         let mut q = [0.0; MAX_JOINTS];
         q[..n].copy_from_slice(&now.q[..n]);

@@ -9,6 +9,7 @@
 //! Z'g, is made up for in full, so that the step keeps up with a minimum that moves. It is `Z'H dv - lambda . (dJ/dt along Z) dv`. A distance of
 //! second order in dv, as a tick of constant rates leaves it, is closed at once whatever the gain: the lag is of second order in the tick.
 
+use super::MAX_STEP_ROWS;
 use super::reduce::{Curvature, Turning};
 use crate::index::sized::Evaluation;
 use crate::kinematics::sized::Jacobian;
@@ -18,7 +19,6 @@ use crate::linalg::symmetric::diagonalise;
 use crate::linalg::{MAX_JOINTS, Row6, Rows6, size};
 use crate::qp::{self, ActiveSet, DenseRow, Place, Problem, Side, Status};
 use crate::resolve::StepStatus;
-use crate::robot::MAX_COMBINATIONS;
 use crate::task::Constraint;
 
 /// Below this ratio of the shortest to the longest orthogonal row, the task's Jacobian is inverted with damping.
@@ -285,7 +285,7 @@ fn many_freedoms<const C: usize, const W: usize>(
     let rows = if bounds.rows.is_empty() {
         &mut few[..n]
     } else {
-        &mut many.insert([DenseRow::OPEN; MAX_JOINTS + MAX_COMBINATIONS])[..n + bounds.rows.len()]
+        &mut many.insert([DenseRow::OPEN; MAX_JOINTS + MAX_STEP_ROWS])[..n + bounds.rows.len()]
     };
     for i in 0..n {
         for b in 0..r {

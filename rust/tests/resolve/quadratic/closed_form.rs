@@ -34,7 +34,7 @@ proptest! {
         let case = Case::new(rng, kind);
         // In so short a tick the tool's way does not bend, however long the rates: the programme as it is printed.
         let (settings, q) = (QuadraticSettings { dt: 1e-9, ..settings(rng, false) }, posture(rng, &case.robot));
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(stiffness), rows: &[], twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(stiffness), rows: &[], twists: &[], frame: None };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         let (h, g) = case.quadratic(&settings, &tick);
         prop_assert!(apart(&rates, &minimiser(&h, &g)) < 1e-9 * 10f64.powf(stiffness).max(1.0));
@@ -58,7 +58,7 @@ proptest! {
         // In so short a tick the tool's way bends by nothing that counts.
         let (settings, q) = (QuadraticSettings { dt: 3e-4, ..settings(rng, false) }, posture(rng, &case.robot));
         let (objective, weight, dt) = (objective(rng, case.n()), 10f64.powf(weight), settings.dt);
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &[], twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &[], twists: &[], frame: None };
         let (value, gradient, hessian) = expansion(&objective, &case.robot, &q);
         prop_assume!(value.abs() < 1e3 && hessian.amax() < 1e4);
         let (h, g) = case.quadratic(&settings, &tick);
@@ -112,7 +112,7 @@ proptest! {
         prop_assume!(sigma[rank - 1] > 0.1);
         let limit = root * weighted.pseudo_inverse(1e-9).unwrap() * DVector::from_column_slice(&twist);
         let errors = [1e4, 1e6, 1e8].map(|stiffness| {
-            let tick = Tick { q: &q, twist, stiffness, rows: &[], twists: &[] };
+            let tick = Tick { q: &q, twist, stiffness, rows: &[], twists: &[], frame: None };
             let (rates, outcome) = first_step(&case.plain(settings), &tick);
             (apart(&rates, &limit), outcome)
         });

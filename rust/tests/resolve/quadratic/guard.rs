@@ -81,7 +81,7 @@ impl World {
     ) -> (Vec<f64>, Outcome, usize) {
         let solver = self.case.plain(settings);
         let mut rates = vec![f64::NAN; 7];
-        let tick = Tick { q: &self.q, twist: drive, stiffness: 1e4, rows: &views(rows, 7), twists: &[] };
+        let tick = Tick { q: &self.q, twist: drive, stiffness: 1e4, rows: &views(rows, 7), twists: &[], frame: None };
         let (damper, mut near) = (Damper::new(INFLUENCE, SECURITY, GAIN).unwrap(), Near::default());
         let mut guard = Guard { scene: &mut self.scene, damper, near: &mut near };
         let outcome = guard.step(&solver, &tick, memory, &mut rates).unwrap();
@@ -206,6 +206,6 @@ fn bad_postures_are_an_error() {
     let (damper, mut near) = (Damper::new(INFLUENCE, SECURITY, GAIN).unwrap(), Near::default());
     let mut guard = Guard { scene: &mut world.scene, damper, near: &mut near };
     let (q, mut rates) = ([f64::NAN; 7], [0.0; 7]);
-    let tick = Tick { q: &q, twist: [0.0; 6], stiffness: 1.0, rows: &[], twists: &[] };
+    let tick = Tick { q: &q, twist: [0.0; 6], stiffness: 1.0, rows: &[], twists: &[], frame: None };
     assert!(guard.step(&solver, &tick, &mut QuadraticMemory::default(), &mut rates).is_err());
 }

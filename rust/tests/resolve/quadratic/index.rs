@@ -41,7 +41,7 @@ fn the_printed_form_is_not_convex_for_large_weights() {
             continue;
         }
         // Of seven directions, the task holds six: the index may be concave along the last.
-        let tick = Tick { q: &q, twist: twist(rng, 0.1), stiffness: 1e-3, rows: &[], twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 0.1), stiffness: 1e-3, rows: &[], twists: &[], frame: None };
         let weight = 2.0 * (1.0 + tick.stiffness * 20.0) / (-lowest * settings.dt * settings.dt);
         let answer = |form, weight| first_step(&case.solver(Some((&objective, weight)), form, Derivatives::Exact, settings), &tick);
         let (plain, _) = first_step(&case.plain(settings), &tick);
@@ -167,7 +167,7 @@ proptest! {
                 }
             }
             prop_assert!(semidefinite(&known));
-            let tick = Tick { q: &q, twist: drive, stiffness: 100.0, rows: &[], twists: &[] };
+            let tick = Tick { q: &q, twist: drive, stiffness: 100.0, rows: &[], twists: &[], frame: None };
             let (rates, _) = step(&solver, &tick, &mut memory);
             let (h, g) = case.quadratic(&settings, &tick);
             let expected = minimiser(&(h + weight * settings.dt.powi(2) * &known), &(g + weight * settings.dt * &gradient));
@@ -243,7 +243,7 @@ fn sources_of_derivatives_agree() {
             continue;
         }
         compared += 1;
-        let tick = Tick { q: &q, twist: twist(rng, 0.3), stiffness: 100.0, rows: &[], twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 0.3), stiffness: 100.0, rows: &[], twists: &[], frame: None };
         for form in [IndexForm::Curvature, IndexForm::Equality] {
             let rates = |derivatives| first_step(&case.solver(Some((&objective, 10.0)), form, derivatives, settings), &tick).0;
             let exact = DVector::from_vec(rates(Derivatives::Exact));

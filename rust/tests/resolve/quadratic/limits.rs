@@ -102,7 +102,7 @@ proptest! {
                 rows.push(OwnRow { a, lower: rng.within(-1.0, 1.0), upper: if rng.below(2) == 0 { f64::INFINITY } else { rng.within(-1.0, 1.0) } });
             }
             let before = memory.rates;
-            let tick = Tick { q: &q, twist: twist(rng, size), stiffness: 10f64.powf(rng.within(-2.0, 6.0)), rows: &views(&rows, q.len()), twists: &[] };
+            let tick = Tick { q: &q, twist: twist(rng, size), stiffness: 10f64.powf(rng.within(-2.0, 6.0)), rows: &views(&rows, q.len()), twists: &[], frame: None };
             let (rates, _) = step(&solver, &tick, &mut memory);
             allowed(&case.robot, &q, settings.dt, &rates, before.as_ref())?;
             prop_assert_eq!(&memory.rates.unwrap()[..q.len()], &rates[..]);
@@ -125,7 +125,7 @@ proptest! {
             let q: Vec<f64> = (0..case.n()).map(|_| rng.finite()).collect();
             let rows: Vec<OwnRow<C>> = (0..rng.below(3)).map(|_| OwnRow { a: std::array::from_fn(|_| rng.wild()), lower: rng.wild(), upper: rng.wild() }).collect();
             let mut rates = vec![f64::NAN; case.n()];
-            let tick = Tick { q: &q, twist: std::array::from_fn(|_| rng.finite()), stiffness: rng.finite().abs(), rows: &views(&rows, q.len()), twists: &[] };
+            let tick = Tick { q: &q, twist: std::array::from_fn(|_| rng.finite()), stiffness: rng.finite().abs(), rows: &views(&rows, q.len()), twists: &[], frame: None };
             solver.step(&tick, &mut memory, &mut rates);
             prop_assert!(rates.iter().all(|x| x.is_finite()), "{:?}", rates);
         }
@@ -140,7 +140,7 @@ fn no_twist_asks_for_no_motion() {
             let case = Case::new(rng, kind);
             let q = posture(rng, &case.robot);
             let (rates, outcome) =
-                first_step(&case.plain(settings(rng, true)), &Tick { q: &q, twist: [0.0; 6], stiffness: 1e4, rows: &[], twists: &[] });
+                first_step(&case.plain(settings(rng, true)), &Tick { q: &q, twist: [0.0; 6], stiffness: 1e4, rows: &[], twists: &[], frame: None });
             assert!(rates.iter().all(|x| *x == 0.0) && outcome.status == QuadraticStatus::Solved, "{rates:?} {outcome:?}");
         }
     }
@@ -154,7 +154,7 @@ fn a_task_beyond_the_limits_is_limited() {
         let q = posture(rng, &case.robot);
         let settings = QuadraticSettings { dt: 1e-3, ..settings(rng, true) };
         let (rates, outcome) =
-            first_step(&case.plain(settings), &Tick { q: &q, twist: twist(rng, 100.0), stiffness: 1e4, rows: &[], twists: &[] });
+            first_step(&case.plain(settings), &Tick { q: &q, twist: twist(rng, 100.0), stiffness: 1e4, rows: &[], twists: &[], frame: None });
         assert_eq!(outcome.status, QuadraticStatus::Limited);
         assert!(rates.iter().any(|x| (x.abs() - 1.7).abs() < 1e-9), "{rates:?}");
     }
@@ -174,7 +174,7 @@ fn singular_postures() {
             for _ in 0..50 {
                 let settings = settings(rng, true);
                 let q: Vec<f64> = (0..case.n()).map(|_| off * rng.within(-1.0, 1.0)).collect();
-                let tick = Tick { q: &q, twist: twist(rng, 0.05), stiffness: 10f64.powf(rng.within(0.0, 6.0)), rows: &[], twists: &[] };
+                let tick = Tick { q: &q, twist: twist(rng, 0.05), stiffness: 10f64.powf(rng.within(0.0, 6.0)), rows: &[], twists: &[], frame: None };
                 for objective in [None, Some(&condition), Some(&middle)] {
                     for form in [IndexForm::Curvature, IndexForm::Equality] {
                         for derivatives in [Derivatives::Exact, Derivatives::Bfgs] {

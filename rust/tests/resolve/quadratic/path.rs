@@ -37,7 +37,7 @@ proptest! {
         for k in 0..150 {
             let phase = f64::from(k) * 0.05;
             let drive = std::array::from_fn(|i| first[i] * phase.sin() + second[i] * phase.cos());
-            let tick = Tick { q: &q, twist: drive, stiffness: 1e3, rows: &[], twists: &[] };
+            let tick = Tick { q: &q, twist: drive, stiffness: 1e3, rows: &[], twists: &[], frame: None };
             let mut fresh = memory;
             fresh.forget_active();
             let (expected, alone) = step(&solver, &tick, &mut fresh);
@@ -125,7 +125,7 @@ fn memories_are_values() {
     let mut memory = QuadraticMemory::default();
     for _ in 0..20 {
         let q = posture(rng, &case.robot);
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &[], twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &[], twists: &[], frame: None };
         let mut copy = memory;
         assert_eq!(step(&solver, &tick, &mut copy), step(&solver, &tick, &mut memory));
         assert_eq!(first_step(&solver, &tick), first_step(&solver, &tick));

@@ -59,7 +59,7 @@ proptest! {
         let (settings, q) = (QuadraticSettings { dt: 1e-9, ..settings(rng, true) }, posture(rng, &case.robot));
         let bounds = speeds(&case, &q, settings.dt);
         let (inside, rows) = feasible(rng, &bounds, count);
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(rng.within(0.0, 4.0)), rows: &views(&rows, q.len()), twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 10f64.powf(rng.within(0.0, 4.0)), rows: &views(&rows, q.len()), twists: &[], frame: None };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert!(outcome.status != QuadraticStatus::Infeasible && outcome.failed == 0, "{:?}", outcome);
         for row in &rows {
@@ -94,7 +94,7 @@ proptest! {
             prop_assume!(most.is_finite());
             rows.push(OwnRow { a, lower: most + gap, upper: f64::INFINITY });
         }
-        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &views(&rows, q.len()), twists: &[] };
+        let tick = Tick { q: &q, twist: twist(rng, 1.0), stiffness: 100.0, rows: &views(&rows, q.len()), twists: &[], frame: None };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert_eq!(outcome.status, QuadraticStatus::Infeasible);
         for (x, (low, high)) in rates.iter().zip(&bounds) {
@@ -128,7 +128,7 @@ proptest! {
         let followed = all * DVector::from_column_slice(&inside);
         let part = |i: usize| if i < 3 { most.0 } else { most.1 };
         let twist = std::array::from_fn(|i| followed[i] + 0.9 * part(i) * rng.within(-1.0, 1.0));
-        let tick = Tick { q: &q, twist, stiffness: 1e-2, rows: &views(&rows, q.len()), twists: &[] };
+        let tick = Tick { q: &q, twist, stiffness: 1e-2, rows: &views(&rows, q.len()), twists: &[], frame: None };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert!(outcome.failed == 0 && outcome.status != QuadraticStatus::Infeasible, "{:?}", outcome);
         let left = case.left(&q, &tick.twist, &rates);
@@ -156,7 +156,7 @@ proptest! {
         let task = projector * all;
         prop_assume!(wanted[r].abs() > 0.02);
         let rows = [OwnRow { a: std::array::from_fn(|i| if i < case.n() { task[(r, i)] } else { 0.0 }), lower: 0.0, upper: 0.0 }];
-        let tick = Tick { q: &q, twist, stiffness: 1e4, rows: &views(&rows, q.len()), twists: &[] };
+        let tick = Tick { q: &q, twist, stiffness: 1e4, rows: &views(&rows, q.len()), twists: &[], frame: None };
         let (rates, outcome) = first_step(&case.plain(settings), &tick);
         prop_assert_eq!(outcome.failed, 0);
         prop_assert!(matches!(outcome.status, QuadraticStatus::Relaxed | QuadraticStatus::Limited), "{:?}", outcome);
