@@ -25,6 +25,8 @@ pub enum Kind {
     Spin,
     /// The objective's value, by the ceiling.
     Value,
+    /// The motion of a joint from a point to the next, by the ceiling: the time that the tool takes for a metre.
+    Pace,
     /// The widening itself, by 0.
     Widening,
 }
@@ -81,6 +83,10 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
         for joint in 0..n {
             push(Kind::Motion, edge, joint, 1.0, problem.bounds[edge * n + joint]);
             push(Kind::Motion, edge, joint, -1.0, problem.bounds[edge * n + joint]);
+            if let Some(pace) = &problem.pace {
+                push(Kind::Pace, edge, joint, 1.0, pace[edge * n + joint]);
+                push(Kind::Pace, edge, joint, -1.0, pace[edge * n + joint]);
+            }
         }
     }
     if widened {
@@ -101,6 +107,7 @@ impl Constraint {
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Spin => self.bound - self.sign * problem.spin(self.point, &q[self.point]) + common.widening,
             Kind::Value => common.ceiling - values[self.point],
+            Kind::Pace => self.bound * common.ceiling - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Widening => common.widening,
         }
     }
@@ -111,7 +118,7 @@ impl Constraint {
         match self.kind {
             Kind::Position | Kind::Combination | Kind::Spin | Kind::Widening => 1.0,
             Kind::Motion => self.bound,
-            Kind::Value => 0.0,
+            Kind::Value | Kind::Pace => 0.0,
         }
     }
 }

@@ -9,7 +9,7 @@ use super::bound::{distinct, least_value};
 use super::edges::EdgeTable;
 use super::failure::Limited;
 use super::floors::{Bottleneck, Floors, least_between};
-use super::graph::{Blockage, Graph, Search};
+use super::graph::{Blockage, Criterion, Graph, Search};
 use super::grid::{SpareGrid, angle_grid};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cause, Cells, Lattice, wide_joints};
@@ -188,6 +188,22 @@ impl<'a> Layers<'a> {
         finder
     }
 
+    /// Routes whose slowest step is the fastest, for the largest speed of the tool.
+    pub fn finder_of_speed(&self, problem: &PathProblem, points: &[usize], closed: bool, haste: f64) -> Option<RouteFinder<'a>> {
+        let pace = problem.thinned(points).pace?;
+        let (mut graph, search) = self.searched(points, haste, &|_, _| true);
+        graph.pace = Some(pace.to_vec());
+        let limits = self.problem.limits.then(|| self.problem.robot.limits());
+        let search = Search { criterion: Criterion::Minimax, ..search };
+        Some(RouteFinder::new(graph, search, limits, closed).holding(self.held(points)))
+    }
+
+    /// The layers at which a posture is held, with it.
+    fn held(&self, points: &[usize]) -> Vec<(usize, &'a [f64])> {
+        let problem = self.problem;
+        points.iter().enumerate().filter_map(|(layer, point)| problem.pins.posture(*point).map(|q| (layer, q))).collect()
+    }
+
     /// The same among those cells (layer, cell) that are allowed.
     fn finder_among(
         &self,
@@ -200,10 +216,9 @@ impl<'a> Layers<'a> {
     ) -> Result<RouteFinder<'a>, PlanError> {
         let problem = self.problem;
         let limits = problem.limits.then(|| problem.robot.limits());
-        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
         let (mut graph, search) = self.searched(points, haste, allowed);
         graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
-        Ok(RouteFinder::new(graph, search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect()))
+        Ok(RouteFinder::new(graph, search, limits, closed).holding(self.held(points)))
     }
 
     /// The graph of some points whose cells are known, and how it is searched.
@@ -286,6 +301,7 @@ impl<'a> Layers<'a> {
             weights: point_weights(&steps, false),
             steps,
             bounds: spans.iter().flat_map(|pair| (0..n).map(move |k| span(pair, k))).collect(),
+            pace: None,
             edges: None,
         };
         for (layer, known) in layers.iter().enumerate() {

@@ -26,6 +26,9 @@ use crate::task::Task;
 /// Largest motion of a turning joint between neighbouring points of a path without times \[rad\], where nothing else is said.
 const LARGEST_STEP: f64 = 0.25;
 
+/// How many times as many spins there are on a grid where the speed is sought: what a spin of the grid takes must not be more than what the path itself takes.
+const FINE: usize = 4;
+
 /// Plans the free motion of a robot along a whole path: the spin of its tool, and its spare joints.
 ///
 /// Every inverse solution at some points of the path, over a grid of spins, is searched for the best route; from there the path as a whole is
@@ -46,11 +49,13 @@ impl Planner {
     /// [`Error::Value`] if a setting is out of its domain, an objective is missing, or the task, the robot or the path is none that can be
     /// planned for.
     pub fn new(robot: Arc<Robot>, path: Path, task: Task, objective: Option<Objective>, settings: PlanSettings) -> Result<Self> {
-        if settings.criterion != Aim::Motion && objective.is_none() {
+        if settings.criterion.has_objective() && objective.is_none() {
             let expected = format!("an objective for the criterion '{}'", settings.criterion.name());
             return Err(Error::value("objective", "None", &expected));
         }
         settings.check()?;
+        // A tool of constant speed takes its own time.
+        let path = if settings.criterion == Aim::Speed { path.without_time() } else { path };
         let problem = PathProblem::new(robot.clone(), &path, task, objective, &settings)?;
         let choices = SpareGrid::choices(&robot, &task, &settings)?;
         angle_grid(choices[0].spins, settings.n_angles, settings.spin_range)?;
@@ -68,6 +73,9 @@ impl Planner {
     /// [`PlanError`] if the caller's predicate fails or the caller ends the work. A path that cannot be followed is no error: the plan's
     /// `failure` tells why.
     pub fn plan(&self, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
+        if self.settings.criterion == Aim::Speed && hooks.edge_cost.is_some() {
+            return Err(Error::value("edge_cost", "given", "none for the criterion 'speed', which is no sum over steps").into());
+        }
         let problem = &self.problem.with_steps(self.settings.max_step, LARGEST_STEP);
         let mut plan = self.best(problem, hooks)?;
         plan.failure = explained(problem, &self.settings, &self.choices[0], &plan, hooks)?;
@@ -121,7 +129,9 @@ impl Planner {
         settings: &PlanSettings,
         hooks: &mut Hooks,
     ) -> std::result::Result<Plan, PlanError> {
-        let mut known = Layers::new(problem, settings, spare, 1)?;
+        let looked_at = problem.for_search();
+        let finest = if problem.pace.is_some() && spare.joints.is_empty() { FINE } else { 1 };
+        let mut known = Layers::new(&looked_at, settings, spare, finest)?;
         let mut parts = match &self.warm_start {
             Some(earlier) => earlier.refined(problem, &self.path, settings.max_iterations, hooks)?,
             None => Vec::new(),

@@ -16,7 +16,7 @@ use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, norm};
+use crate::linalg::vector::{Vec3, norm, sub};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{AT_LIMIT, Joint, Robot, nearest_turn};
@@ -66,6 +66,9 @@ pub struct PathProblem {
     pub steps: Arc<[f64]>,
     /// Largest motions from each point to the next [rad or m], n a step; infinite where there is none.
     pub bounds: Arc<[f64]>,
+    /// How far each joint moves from each point to the next while the tool takes a second for a metre [rad or m], n a step: where the tool's largest
+    /// constant speed is sought. Infinite where the step has no length, or the joint no largest speed.
+    pub pace: Option<Arc<[f64]>>,
     /// Whether it is the speed of joints that bounds them.
     pub timed: bool,
     /// Whether position limits hold.
@@ -97,7 +100,7 @@ impl PathProblem {
     /// # Errors
     /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
     pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
-        let motion_alone = settings.criterion == Aim::Motion;
+        let (aim, motion_alone) = (settings.criterion, settings.criterion == Aim::Motion);
         let mut frames = spin_frames(path, &task, settings.closed)?;
         let steps = path.shares();
         let (asked, task) = (task, task.suited(&robot));
@@ -119,13 +122,14 @@ impl PathProblem {
             targets: targets.into(),
             frames: frames.into(),
             length: objective.as_ref().and_then(Objective::length).unwrap_or(1.0),
-            objective: objective.filter(|_| !motion_alone),
-            criterion: if settings.criterion == Aim::Minimax { Criterion::Minimax } else { Criterion::Integral },
+            objective: objective.filter(|_| aim.has_objective()),
+            criterion: if matches!(aim, Aim::Minimax | Aim::Speed) { Criterion::Minimax } else { Criterion::Integral },
             smoothness: if motion_alone { Some(1.0) } else { settings.smoothness },
             joint_weights: JointWeights::new(robot.n(), settings.joint_weights.as_deref())?,
             weights: point_weights(&steps, settings.closed).into(),
             steps: steps.into(),
             bounds: motion_bounds(&robot, path, settings.limits).into(),
+            pace: if aim == Aim::Speed { Some(paces(&robot, path)?.into()) } else { None },
             timed: path.time().is_some(),
             limits: settings.limits,
             closed: settings.closed,
@@ -172,7 +176,7 @@ impl PathProblem {
         let steps = &self.steps[first..first + count - 1];
         let total = if steps.is_empty() { 1.0 } else { sum(steps) };
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
-        let weight = self.weight_of_motion(self.values(q).into_iter());
+        let weight = self.weight_of_motion(self.worth(first, q).into_iter());
         // What is next to nothing must not hang on where a closed path starts: a digit of it is enough.
         let weight = if turns.is_some() && self.smoothness.is_none() { to_one_digit(weight) } else { weight };
         Self {
@@ -183,6 +187,7 @@ impl PathProblem {
             weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
             steps: steps.into(),
             bounds: self.bounds[first * n..(first + count - 1) * n].into(),
+            pace: self.pace.as_ref().map(|pace| pace[first * n..(first + count - 1) * n].into()),
             turns,
             ..self.clone()
         }
@@ -199,6 +204,7 @@ impl PathProblem {
             weights: [1.0].into(),
             steps: [].into(),
             bounds: [].into(),
+            pace: None,
             turns: None,
             ..self.clone()
         }
@@ -224,13 +230,17 @@ impl PathProblem {
         let steps: Vec<f64> = spans.iter().map(|&(a, b)| sum(&self.steps[a..b])).collect();
         let total = sum(&steps);
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
-        let bound = |&(a, b): &(usize, usize), k: usize| (a..b).map(|i| self.bounds[i * n + k]).sum::<f64>();
+        let total_of = |all: &[f64]| -> Vec<f64> {
+            let of = |&(a, b): &(usize, usize), k: usize| (a..b).map(|i| all[i * n + k]).sum::<f64>();
+            spans.iter().flat_map(|span| (0..n).map(move |k| of(span, k))).collect()
+        };
         let closed = self.closed && kept.first() == Some(&0) && kept.last() == Some(&(self.points() - 1));
         Self {
             targets: kept.iter().map(|&point| self.targets[point]).collect(),
             frames: kept.iter().map(|&point| self.frames[point]).collect(),
             weights: point_weights(&steps, closed).into(),
-            bounds: spans.iter().flat_map(|span| (0..n).map(move |k| bound(span, k))).collect(),
+            bounds: total_of(&self.bounds).into(),
+            pace: self.pace.as_ref().map(|pace| total_of(pace).into()),
             steps: steps.into(),
             closed,
             ..self.clone()
@@ -246,11 +256,25 @@ impl PathProblem {
     pub(super) fn calm(&self) -> Self {
         let n = self.n();
         let least = |k: usize| self.bounds.iter().skip(k).step_by(n).fold(f64::INFINITY, |least, bound| least.min(*bound));
-        let slowest = (0..n).map(least).fold(f64::INFINITY, f64::min);
-        let weight = |k: usize| (slowest / least(k)).powi(2).max(LIGHT);
-        let weights: Vec<f64> = (0..n).map(weight).collect();
-        let joint_weights = JointWeights::new(n, Some(&weights)).unwrap_or_else(|_| self.joint_weights.clone());
-        Self { objective: None, criterion: Criterion::Integral, smoothness: Some(1.0), joint_weights, ..self.without_steps() }
+        self.without_steps().of_motion(&(0..n).map(least).collect::<Vec<_>>())
+    }
+
+    /// The problem whose routes are looked at: this one; where the tool's speed is sought that of the motion, each joint weighed by how slow it is.
+    pub(super) fn for_search(&self) -> Self {
+        if self.pace.is_some() { self.of_motion(&self.robot.limits().qd_max) } else { self.clone() }
+    }
+
+    /// The same problem of the motion alone, each joint weighed by how little it may move.
+    fn of_motion(&self, least: &[f64]) -> Self {
+        let slowest = least.iter().copied().fold(f64::INFINITY, f64::min);
+        let weights: Vec<f64> = least.iter().map(|least| (slowest / least).powi(2).max(LIGHT)).collect();
+        let joint_weights = JointWeights::new(self.n(), Some(&weights)).unwrap_or_else(|_| self.joint_weights.clone());
+        Self { objective: None, pace: None, criterion: Criterion::Integral, smoothness: Some(1.0), joint_weights, ..self.clone() }
+    }
+
+    /// Whether the largest of something is minimised.
+    pub(super) fn has_ceiling(&self) -> bool {
+        self.pace.is_some() || (self.criterion == Criterion::Minimax && self.objective.is_some())
     }
 
     /// Whether anything bounds the motion from point to point.
@@ -307,6 +331,25 @@ impl PathProblem {
             }
         }
         values
+    }
+
+    /// What postures of the points from `first` on are worth: their values; where the tool's speed is sought the time that it takes for a metre [s], by the joint
+    /// that is slowest on the steps to and from each point.
+    pub(super) fn worth(&self, first: usize, q: &[f64]) -> Vec<f64> {
+        let Some(pace) = &self.pace else { return self.values(q) };
+        let (n, mut worth) = (self.n(), vec![0.0f64; q.len() / self.n()]);
+        for (i, ((from, to), pace)) in q.iter().zip(&q[n..]).zip(&pace[first * n..]).enumerate() {
+            let share = (to - from).abs() / pace;
+            let edge = i / n;
+            (worth[edge], worth[edge + 1]) = (worth[edge].max(share), worth[edge + 1].max(share));
+        }
+        worth
+    }
+
+    /// The largest of these; 0 where the tool's speed is not sought.
+    pub(super) fn slowest<const C: usize>(&self, q: &[[f64; C]]) -> f64 {
+        let (n, pace) = (self.n(), self.pace.as_deref().unwrap_or(&[]));
+        pace.iter().enumerate().map(|(i, pace)| self.motion(q, i / n, i % n).abs() / pace).fold(0.0, f64::max)
     }
 
     /// Brings postures of the points from `first` on onto the path by Newton; tells of each whether it got there.
@@ -414,4 +457,20 @@ fn motion_bounds(robot: &Robot, path: &Path, limits: bool) -> Vec<f64> {
             time.windows(2).flat_map(|pair| speeds.iter().map(move |speed| BELOW_SPEED * (pair[1] - pair[0]) * speed)).collect()
         }
     }
+}
+
+/// How far joints move from each point to the next while the tool takes a second for a metre [rad or m], n a step.
+fn paces(robot: &Robot, path: &Path) -> Result<Vec<f64>> {
+    let speeds = &robot.limits().qd_max;
+    if speeds.iter().all(|speed| speed.is_infinite()) {
+        return Err(Error::value("criterion", "'speed' for a robot without speed limits", "limits qd_max of some joints"));
+    }
+    let position = path.position();
+    let lengths: Vec<f64> = position.windows(2).map(|pair| norm(sub(pair[1], pair[0]))).collect();
+    if lengths.iter().all(|length| *length <= 0.0) {
+        return Err(Error::value("criterion", "'speed' for a path without length", "one whose points are not all at one place"));
+    }
+    // A tool that stands has all the time that it takes.
+    let pace = |length: f64, speed: f64| if length > 0.0 { length * speed } else { f64::INFINITY };
+    Ok(lengths.iter().flat_map(|length| speeds.iter().map(move |speed| pace(*length, *speed))).collect())
 }

@@ -2,7 +2,6 @@
 //! (Nocedal and Wright 2006, chapter 19), every iterate on the path and within what has to hold.
 
 use super::constraints::{Common, Constraint, Kind, constraints};
-use super::graph::Criterion;
 use super::newton_system::{Direction, Model, moved, widening_weight};
 use super::problem::PathProblem;
 use crate::linalg::with_capacity;
@@ -103,7 +102,7 @@ fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], max_iterations
         return Refined { q: flat(&q, n), values, cost, residual, status, tightest: None };
     }
     let values = problem.values_at(&q);
-    let worst = values.iter().fold(0.0f64, |m, v| m.max(*v));
+    let worst = values.iter().fold(problem.slowest(&q), |m, v| m.max(*v));
     let common = Common { ceiling: worst + HEADROOM * worst.abs().max(LEAST_VALUE), widening: 0.0 };
     let mut solver = Solver { problem, constraints: constraints(problem, false), scale: 1.0 };
     let mut state = State { q, values, common, slack: Vec::new(), dual: Vec::new() };
@@ -154,11 +153,7 @@ impl<const C: usize> Solver<'_, C> {
         for edge in 0..problem.edges() {
             motion += problem.joint_weights.squares(|k| problem.motion(q, edge, k)) / problem.steps[edge];
         }
-        let own = match (&problem.objective, problem.criterion) {
-            (None, _) => 0.0,
-            (_, Criterion::Minimax) => common.ceiling,
-            (_, Criterion::Integral) => problem.weights.iter().zip(values).map(|(w, v)| w * v).sum(),
-        };
+        let own = if problem.has_ceiling() { common.ceiling } else { problem.weights.iter().zip(values).map(|(w, v)| w * v).sum() };
         own + problem.smoothness() * motion + widening_weight(self.scale) * common.widening
     }
 

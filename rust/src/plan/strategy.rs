@@ -36,6 +36,8 @@ const LARGE: usize = 40_000_000;
 const WAYS: usize = 8;
 /// Spins of every branch at which ways of little motion are looked for.
 const SPINS: usize = 12;
+/// The same where the tool's speed is sought.
+const SPREAD: usize = 4;
 
 /// Routes that start at the same point; each may lead to the best.
 pub(super) type Rivals = Vec<Segment>;
@@ -165,6 +167,7 @@ pub(super) fn is_worth_more(problem: &PathProblem, known: &mut Layers, parts: &[
         return Ok(true);
     }
     match problem.criterion {
+        Criterion::Minimax if problem.objective.is_none() => Ok(false),
         Criterion::Minimax => Ok(!part.is_within(least_of_hardest(known, hooks)?, GAP)),
         Criterion::Integral => {
             Ok(problem.objective.is_some() && part.cost - known.mean_of_best(&problem.weights) > MEAN_GAP * part.cost.abs())
@@ -209,6 +212,18 @@ pub(super) fn routes(
         if problem.timed && bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
             rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
+        }
+        let mut ways = ways;
+        if let Some(mut finder) = known.finder_of_speed(problem, points, closed, haste) {
+            rivals.extend(slacks.iter().map(|slack| finder.find(*slack)).filter(|route| route.cells.len() == points.len()));
+            ways.extend(if finder.steps() > LARGE { Vec::new() } else { [finder.ways(WAYS), finder.spread(SPREAD)].concat() });
+            let mut seen: Vec<FoundRoute> = Vec::new();
+            ways.retain(|way| {
+                seen.iter().all(|other| other.q != way.q) && {
+                    seen.push(way.clone());
+                    true
+                }
+            });
         }
         if hooks.edge_cost.is_some() {
             // The way that is best but for the caller's costs: a plan with them is to be no worse than one without.

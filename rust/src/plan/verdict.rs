@@ -108,6 +108,10 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
             (value[i], status[i]) = (f64::NAN, SolveStatus::Unreachable);
         }
     }
+    if problem.pace.is_some() {
+        let worth = problem.worth(0, &q);
+        value.iter_mut().zip(worth).filter(|(value, _)| !value.is_nan()).for_each(|(value, worth)| *value = worth);
+    }
     infinite_values(problem, &q, &mut value, &status);
     let off = position_error.iter().chain(&axis_error).any(|error| *error > ON_PATH);
     let whole = parts.first().filter(|part| part.len() == count && !off && beyond.is_none());
