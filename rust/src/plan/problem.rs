@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::frames::{spin, spin_frames, tools, turned_about};
+use super::frames::{outside, spin, spin_frames, tools, turned_about, volume_frames};
 use super::graph::Criterion;
 use super::joint_weights::JointWeights;
+use super::members;
 use super::numbers::{mean_size, sum, to_one_digit};
 use super::path::{Orientation, Path, point_weights};
 use super::pins::{Fixed, Held, Pinned, Pins};
@@ -20,10 +21,13 @@ use crate::linalg::vector::{Vec3, norm, sub};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{AT_LIMIT, Joint, Robot, nearest_turn};
+use crate::task::volume::{OrientationVolume, Sides};
 use crate::task::{Projector, Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
 pub const ON_PATH: f64 = 1e-9;
+/// What a posture may be outside a volume by \[rad\]: rounding.
+const MEMBER: f64 = 5e-10;
 /// Paths with fewer points are evaluated on one core.
 pub(super) const PARALLEL: usize = 32;
 /// Points that a core takes at a time.
@@ -81,8 +85,20 @@ pub struct PathProblem {
     pub length: f64,
     /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
     pub spin: Option<SpinRange>,
+    /// The orientations that are allowed at every point, seen in its frame, and the number of their bounds.
+    pub volume: Option<OrientationVolume>,
+    pub(super) sides: usize,
     /// Postures and spins that are held.
     pub pins: Pins,
+}
+
+/// What the tool has to do.
+#[derive(Debug, Clone)]
+pub struct Goal {
+    /// The task; beside a volume that of the volume's axis.
+    pub task: Task,
+    /// The orientations that are allowed, where the task is that.
+    pub volume: Option<OrientationVolume>,
 }
 
 /// The spin that a tool is allowed.
@@ -99,11 +115,18 @@ impl PathProblem {
     ///
     /// # Errors
     /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
-    pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
+    pub fn new(robot: Arc<Robot>, path: &Path, goal: &Goal, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
         let (aim, motion_alone) = (settings.criterion, settings.criterion == Aim::Motion);
-        let mut frames = spin_frames(path, &task, settings.closed)?;
+        let mut frames = match &goal.volume {
+            Some(volume) => volume_frames(path, volume, settings.closed)?,
+            None => spin_frames(path, &goal.task, settings.closed)?,
+        };
         let steps = path.shares();
-        let (asked, task) = (task, task.suited(&robot));
+        let asked = goal.task;
+        let task = if goal.volume.is_some() { Task::POSITION } else { asked.suited(&robot) };
+        if let Some(volume) = &goal.volume {
+            check_volume(volume, &asked, &robot, settings)?;
+        }
         if task.rank(&robot) < task.dimension() {
             let (n, able) = (robot.n(), asked.rank(&robot));
             let given = format!("{} of {} components for {n} joints, which can do {able} of them", asked.kind(), asked.dimension());
@@ -114,7 +137,7 @@ impl PathProblem {
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
-        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task };
+        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task, volume: goal.volume.as_ref() };
         Ok(Self {
             pins: Pins::new(&pinned, settings)?,
             task,
@@ -134,6 +157,8 @@ impl PathProblem {
             limits: settings.limits,
             closed: settings.closed,
             turns: None,
+            sides: goal.volume.as_ref().map_or(0, |volume| volume.sides(&volume.reference().axes(), &Frame::IDENTITY.axes).as_slice().len()),
+            volume: goal.volume.clone(),
             spin: asked.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
             robot,
         })
@@ -376,7 +401,7 @@ impl PathProblem {
             there.copy_from_slice(row);
             if self.limits && self.pins.posture(first + i).is_none() && limits.settle(there) && *there != *row {
                 let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
-                if norm(w).max(norm(v)) <= ON_PATH {
+                if norm(w).max(norm(v)) <= ON_PATH && self.is_member(first + i, there) {
                     row.copy_from_slice(there);
                 }
             }
@@ -391,7 +416,7 @@ impl PathProblem {
             let spin = self.spin(point, &row);
             spin >= range.0 - AT_LIMIT && spin <= range.1 + AT_LIMIT
         };
-        (!self.limits || self.robot.limits().contain(q)) && self.spin.is_none_or(|spin| in_range(spin.range))
+        (!self.limits || self.robot.limits().contain(q)) && self.is_member(point, q) && self.spin.is_none_or(|spin| in_range(spin.range))
     }
 
     /// Whether postures of the points from `first` on are within all bounds.
@@ -430,12 +455,23 @@ impl PathProblem {
         self.spin.map_or((0.0, (0.0, 0.0)), turn)
     }
 
+    /// The bounds of the volume that is asked for at a posture; none without one.
+    pub(super) fn sides_of(&self, point: usize, tool: &Frame) -> Option<Sides> {
+        self.volume.as_ref().map(|volume| volume.sides(&self.frames[point].axes, &tool.axes))
+    }
+
+    /// Whether a posture is a member of the volume that is asked for.
+    pub(super) fn is_member(&self, point: usize, q: &[f64]) -> bool {
+        let tool = || forward::<MAX_JOINTS>(&self.robot, q);
+        self.volume.as_ref().is_none_or(|volume| outside(volume, &self.frames[point], &tool()) <= MEMBER)
+    }
+
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
     #[inline(never)]
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
             let (w, v) = self.asked.error(tool, &Target { position: frame.origin, axis: None, frame: frame.axes });
-            (norm(v), norm(w))
+            (norm(v), self.volume.as_ref().map_or_else(|| norm(w), |volume| outside(volume, frame, tool)))
         };
         tools(&self.robot, q).iter().zip(&self.frames[..]).map(error).unzip()
     }
@@ -473,4 +509,17 @@ fn paces(robot: &Robot, path: &Path) -> Result<Vec<f64>> {
     // A tool that stands has all the time that it takes.
     let pace = |length: f64, speed: f64| if length > 0.0 { length * speed } else { f64::INFINITY };
     Ok(lengths.iter().flat_map(|length| speeds.iter().map(move |speed| pace(*length, *speed))).collect())
+}
+
+/// Whether a volume can be planned for.
+fn check_volume(volume: &OrientationVolume, axial: &Task, robot: &Robot, settings: &PlanSettings) -> Result<()> {
+    members::check(volume)?;
+    if settings.spin_range.is_some() {
+        return Err(Error::value("spin_range", "given beside an orientation volume", "the volume's own spin"));
+    }
+    if axial.suited(robot) != *axial || axial.rank(robot) < axial.dimension() {
+        let given = format!("an orientation volume for the joints '{}'", robot.joint_letters());
+        return Err(Error::value("task", given, "joints that point the tool where it is told"));
+    }
+    Ok(())
 }
