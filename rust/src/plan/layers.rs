@@ -104,7 +104,21 @@ impl<'a> Layers<'a> {
         let reach = |bounds: &[f64]| LEAP * bounds.iter().map(|bound| bound.min(PI)).sum::<f64>();
         let leap = problem.bounds.chunks_exact(problem.n()).map(|bounds| (reach(bounds) / spin_step).ceil() as usize).collect();
         let floors = Floors::new(lattice.angles(), lattice.branches(), around, leap);
-        Ok(Self { problem, settings, lattice, spin_step, around, cells, order, least, edges, spare, ceiling, floors, connected: f64::NEG_INFINITY })
+        Ok(Self {
+            problem,
+            settings,
+            lattice,
+            spin_step,
+            around,
+            cells,
+            order,
+            least,
+            edges,
+            spare,
+            ceiling,
+            floors,
+            connected: f64::NEG_INFINITY,
+        })
     }
 
     /// None yet over a grid `finer` times as fine, in which only what is better than `ceiling` counts.

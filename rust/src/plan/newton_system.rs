@@ -87,6 +87,10 @@ impl<const C: usize> Model<C> {
         for ((c, s), y) in constraints.iter().zip(slack).zip(dual) {
             match c.kind {
                 Kind::Combination => model.add_gradient(c, &problem.robot.limits().coupled[c.joint].row, *y, mu / s, y / s),
+                Kind::Side => {
+                    model.add_gradient(c, &points[c.point].side_gradient(c.joint), *y, mu / s, y / s);
+                    points[c.point].add_side_hessian(c.joint, -y, &mut model.hessian[c.point]);
+                }
                 Kind::Spin => model.add_gradient(c, &points[c.point].spin_gradient(), *y, mu / s, y / s),
                 _ => model.add_constraint(points, c, *y, mu / s, y / s, n),
             }
@@ -156,7 +160,7 @@ impl<const C: usize> Model<C> {
                 self.lagrangian_common[0] -= y;
                 self.barrier_common[0] -= force;
             }
-            Kind::Combination | Kind::Spin | Kind::Widening => {}
+            Kind::Combination | Kind::Spin | Kind::Side | Kind::Widening => {}
         }
     }
 
@@ -326,6 +330,10 @@ fn slack_change<const C: usize>(c: &Constraint, problem: &PathProblem, points: &
         Kind::Spin => {
             let gradient = points[c.point].spin_gradient();
             -c.sign * (0..n).map(|k| gradient[k] * dq[c.point][k]).sum::<f64>()
+        }
+        Kind::Side => {
+            let gradient = points[c.point].side_gradient(c.joint);
+            (0..n).map(|k| gradient[k] * dq[c.point][k]).sum::<f64>()
         }
         Kind::Widening => 0.0,
     };

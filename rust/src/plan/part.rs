@@ -325,6 +325,7 @@ fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint
             PlanFailure::new(point + 1, cause, joint(excess))
         }
         Kind::Spin => PlanFailure::at(point, FailureCause::SpinRange),
+        Kind::Side => PlanFailure::at(point, FailureCause::Volume),
         Kind::Value | Kind::Pace | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),
     }
 }

@@ -101,6 +101,12 @@ pub struct Goal {
     pub volume: Option<OrientationVolume>,
 }
 
+impl From<Task> for Goal {
+    fn from(task: Task) -> Self {
+        Self { task, volume: None }
+    }
+}
+
 /// The spin that a tool is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpinRange {
@@ -157,7 +163,10 @@ impl PathProblem {
             limits: settings.limits,
             closed: settings.closed,
             turns: None,
-            sides: goal.volume.as_ref().map_or(0, |volume| volume.sides(&volume.reference().axes(), &Frame::IDENTITY.axes).as_slice().len()),
+            sides: goal
+                .volume
+                .as_ref()
+                .map_or(0, |volume| volume.sides(&Frame::IDENTITY.axes, &volume.reference().axes()).as_slice().len()),
             volume: goal.volume.clone(),
             spin: asked.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
             robot,
@@ -216,6 +225,11 @@ impl PathProblem {
             turns,
             ..self.clone()
         }
+    }
+
+    /// What is asked of the tool.
+    pub(super) fn goal(&self) -> Goal {
+        Goal { task: self.asked, volume: self.volume.clone() }
     }
 
     /// The problem of one point: the least value there.
@@ -462,8 +476,13 @@ impl PathProblem {
 
     /// Whether a posture is a member of the volume that is asked for.
     pub(super) fn is_member(&self, point: usize, q: &[f64]) -> bool {
+        self.outside(point, q) <= MEMBER
+    }
+
+    /// How far the tool of a posture is outside that volume \[rad\].
+    pub(super) fn outside(&self, point: usize, q: &[f64]) -> f64 {
         let tool = || forward::<MAX_JOINTS>(&self.robot, q);
-        self.volume.as_ref().is_none_or(|volume| outside(volume, &self.frames[point], &tool()) <= MEMBER)
+        self.volume.as_ref().map_or(0.0, |volume| outside(volume, &self.frames[point], &tool()))
     }
 
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.

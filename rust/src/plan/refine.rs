@@ -143,7 +143,8 @@ fn flat<const C: usize>(q: &[[f64; C]], n: usize) -> Vec<f64> {
 
 impl<const C: usize> Solver<'_, C> {
     fn slacks(&self, q: &[[f64; C]], values: &[f64], common: &Common) -> Vec<f64> {
-        self.constraints.iter().map(|c| c.slack(self.problem, q, values, common)).collect()
+        let sides = self.problem.sides_at(q);
+        self.constraints.iter().map(|c| c.slack(self.problem, q, values, &sides, common)).collect()
     }
 
     /// What is minimised.
@@ -262,7 +263,8 @@ impl<const C: usize> Solver<'_, C> {
         }
         let common = Common { widening: 0.0, ..state.common };
         let own = self.constraints.len() - 1;
-        let slack: Vec<f64> = self.constraints[..own].iter().map(|c| c.slack(self.problem, &state.q, &state.values, &common)).collect();
+        let mut slack = self.slacks(&state.q, &state.values, &common);
+        slack.truncate(own);
         if slack.iter().all(|s| *s > 0.0) {
             self.constraints.truncate(own);
             state.dual.truncate(own);

@@ -22,6 +22,8 @@ const ROUNDS: usize = 8;
 const WANDERED: f64 = 0.5;
 /// How far in-between postures may be beyond a limit [rad or m]: the refinement brings them back.
 const BEYOND: f64 = 0.02;
+/// How far they may be outside a volume of orientations \[rad\].
+const OUTSIDE: f64 = 0.1;
 /// What the worst value of a route may exceed its minimum by: a grid's worst cell can force detours. The smoothest route comes first: if it
 /// leads to the bound, no other is better.
 const SLACKS: [f64; 3] = [0.1, 0.02, 0.0];
@@ -103,7 +105,7 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     if found.len() != 1 {
         out.ways.clear();
     }
-    if known.has_spare() && problem.pins.is_empty() {
+    if known.has_spare() && problem.pins.is_empty() && problem.volume.is_none() {
         out.parts = or_followed(problem, known, out.parts, most, hooks)?;
     }
     Ok(out)
@@ -296,10 +298,11 @@ pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut 
     let mut restored = q.clone();
     let mut kept = problem.restored(first, &mut restored);
     let limits = problem.robot.limits();
-    for ((kept, start), end) in kept.iter_mut().zip(q.chunks_exact(n)).zip(restored.chunks_exact(n)) {
+    for (i, ((kept, start), end)) in kept.iter_mut().zip(q.chunks_exact(n)).zip(restored.chunks_exact(n)).enumerate() {
         *kept &= end.iter().all(|x| x.is_finite());
         *kept &= start.iter().zip(end).all(|(a, b)| (a - b).abs() <= WANDERED);
         *kept &= !problem.limits || limits.margin(end) >= -BEYOND;
+        *kept &= problem.outside(first + i, end) <= OUTSIDE;
     }
     if hooks.feasible.is_some() {
         let asked: Vec<f64> = restored.chunks_exact(n).zip(&kept).filter(|(_, kept)| **kept).flat_map(|(row, _)| row).copied().collect();
