@@ -79,7 +79,7 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
             push(Kind::Spin, point, 0, -1.0, -spin.range.0);
         }
         if problem.pins.posture(point).is_none() {
-            (0..problem.sides).for_each(|side| push(Kind::Side, point, side, -1.0, 0.0));
+            (0..problem.room.len()).for_each(|side| push(Kind::Side, point, side, -1.0, 0.0));
         }
         if problem.criterion == Criterion::Minimax && problem.objective.is_some() {
             push(Kind::Value, point, 0, 1.0, 0.0);

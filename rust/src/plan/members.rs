@@ -94,6 +94,15 @@ fn neighbours(all: &[Quaternion]) -> Vec<Vec<usize>> {
     (0..all.len()).map(|i| (0..all.len()).filter(|&j| j == i || apart(i, j) <= reach).collect()).collect()
 }
 
+/// The orientation in the middle of a volume.
+pub(super) fn middle(volume: &OrientationVolume) -> Quaternion {
+    let about = |q: Quaternion, axis: Vec3, angle: f64| q.product(&Quaternion::about(axis, angle));
+    match volume.shape() {
+        Shape::Product(factors) => factors.iter().fold(volume.reference(), |q, factor| about(q, factor.axis, factor.range.middle())),
+        _ => about(volume.reference(), [0.0, 0.0, 1.0], volume.spin().middle()),
+    }
+}
+
 /// The spins of a volume that leaves the tool no tilt: `None` if it leaves one.
 pub(super) fn without_tilt(volume: &OrientationVolume) -> Option<Range> {
     match volume.shape() {

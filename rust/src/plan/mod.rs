@@ -38,6 +38,7 @@ mod graph;
 mod greedy;
 mod grid;
 mod hooks;
+mod inside;
 mod joint_weights;
 mod lattice;
 mod layers;

@@ -162,6 +162,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
     if !problem.restored(first, &mut start).into_iter().all(|reached| reached) {
         start.copy_from_slice(q);
     }
+    problem.draw_inside(first, &mut start);
     let stretch = problem.stretch(first, count, turns, &start);
     let found = refine(&stretch, &start[..stretch.points() * n], most, &mut || hooks.is_cancelled());
     if found.status == RefineStatus::Cancelled {

@@ -85,9 +85,10 @@ pub struct PathProblem {
     pub length: f64,
     /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
     pub spin: Option<SpinRange>,
-    /// The orientations that are allowed at every point, seen in its frame, and the number of their bounds.
+    /// The orientations that are allowed at every point, seen in its frame.
     pub volume: Option<OrientationVolume>,
-    pub(super) sides: usize,
+    /// How far from each of their bounds a refinement starts \[rad\].
+    pub(super) room: Arc<[f64]>,
     /// Postures and spins that are held.
     pub pins: Pins,
 }
@@ -163,10 +164,7 @@ impl PathProblem {
             limits: settings.limits,
             closed: settings.closed,
             turns: None,
-            sides: goal
-                .volume
-                .as_ref()
-                .map_or(0, |volume| volume.sides(&Frame::IDENTITY.axes, &volume.reference().axes()).as_slice().len()),
+            room: goal.volume.as_ref().map_or_else(Vec::new, room).into(),
             volume: goal.volume.clone(),
             spin: asked.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
             robot,
@@ -541,4 +539,13 @@ fn check_volume(volume: &OrientationVolume, axial: &Task, robot: &Robot, setting
         return Err(Error::value("task", given, "joints that point the tool where it is told"));
     }
     Ok(())
+}
+
+/// Part of the way from the bounds of a volume to its middle that a refinement starts from.
+const INSIDE: f64 = 0.1;
+
+/// That part of the way for each bound.
+fn room(volume: &OrientationVolume) -> Vec<f64> {
+    let sides = volume.sides(&Frame::IDENTITY.axes, &members::middle(volume).axes());
+    sides.as_slice().iter().map(|side| INSIDE * side.slack).collect()
 }
