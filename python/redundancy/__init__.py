@@ -26,6 +26,7 @@ from ._core import (
     LimitBarrier,
     Manipulability,
     Objective,
+    OrientationVolume,
     OrthogonalSQP,
     PosturePull,
     PostureTask,
@@ -86,6 +87,7 @@ from .loops import (
 from .paths import Toolpath, Trajectory
 from .planning import Plan, PlanFailure, RedundancyMap, Transfer, plan, redundancy_map
 from .robots import on_rail, with_turntable
+from .tasks import quaternion
 
 __all__ = [
     "Body",
@@ -107,6 +109,7 @@ __all__ = [
     "ModelError",
     "NonFiniteError",
     "Objective",
+    "OrientationVolume",
     "OrthogonalSQP",
     "Plan",
     "PlanFailure",
@@ -154,6 +157,7 @@ __all__ = [
     "plan",
     "planar_tetrahedron",
     "plots",
+    "quaternion",
     "redundancy_map",
     "rms_length",
     "robots",
