@@ -40,9 +40,10 @@ class Plan(Trajectory):
     Attributes
     ----------
     objective : Objective or None
-        What was minimised; None where it was the motion alone.
+        What was minimised; None where it was the motion alone, or the speed that counts. For "speed" the ``value`` of a
+        point is the time that the tool takes for a metre [s/m] by the joint that is slowest on the steps to and from it.
     criterion : str
-        "minimax", "integral" or "motion".
+        "minimax", "integral", "motion" or "speed".
     smoothness : float
         Weight of the integral of the squared joint speed over the path's share.
     cost : float
@@ -78,6 +79,10 @@ class Plan(Trajectory):
         How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start.
         They take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits,
         and the times of what comes later shift by the transfer's.
+    tilt, heading, twist : ndarray, shape (N,), or None
+        Where the task is a volume of orientations how far the tool's z axis is tilted from that of the volume, towards
+        which heading from its x to its y axis, and the twist about z [rad]; else None. ``axis_error`` is the angle by
+        which the tool is outside the volume, 0 within.
     """
 
     objective: Objective | None = None
@@ -94,6 +99,9 @@ class Plan(Trajectory):
     ways: tuple[Way, ...] = ()
     segments: list[tuple[int, int]] = field(default_factory=list)
     transfers: list[Transfer] = field(default_factory=list)
+    tilt: F64 | None = None
+    heading: F64 | None = None
+    twist: F64 | None = None
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]
@@ -151,12 +159,26 @@ class Plan(Trajectory):
         return speed
 
     @property
+    def speed(self) -> float:
+        """The largest constant speed of the tool at which every joint keeps to its speed limit [m/s].
+
+        By the motion from point to point; steps without length, on which the tool stands, do not count. NaN where a point
+        is not reached.
+        """
+        length = np.linalg.norm(np.diff(self.path.position, axis=0), axis=1)
+        if "unreachable" in self.status or not (length > 0.0).any():
+            return float("nan")
+        share = (np.abs(self.steps) / self.robot.qd_max).max(axis=1)[length > 0.0]
+        slowest = float((share / length[length > 0.0]).max())
+        return 1.0 / slowest if slowest > 0.0 else float("inf")
+
+    @property
     def gap(self) -> float:
         """How far the plan can be from the best there is: worst (or mean) value less the bound.
 
         Infinite where the value is and the bound is not; 0 where both are, as no path is better.
         """
-        if self.criterion == "minimax":
+        if self.criterion in ("minimax", "speed"):
             value = float(np.nanmax(self.value, initial=-np.inf))
         elif np.isposinf(self.value).any():
             value = np.inf
