@@ -74,10 +74,14 @@ from .errors import (
     UnknownRobotError,
 )
 from .loops import (
+    ConstantSpeed,
     CyclicStart,
+    PinocchioDynamics,
+    SpeedLimit,
     StartSearch,
     Tracking,
     best_start,
+    constant_speed,
     cyclic_start,
     follow,
     stiffness_profile,
@@ -86,10 +90,12 @@ from .loops import (
 from .paths import Toolpath, Trajectory
 from .planning import Plan, PlanFailure, RedundancyMap, Transfer, plan, redundancy_map
 from .robots import on_rail, with_turntable
+from .tasks import PointingRule, SurfaceRule
 
 __all__ = [
     "Body",
     "ConditionNumber",
+    "ConstantSpeed",
     "Controller",
     "Convergence",
     "CustomIndex",
@@ -108,9 +114,11 @@ __all__ = [
     "NonFiniteError",
     "Objective",
     "OrthogonalSQP",
+    "PinocchioDynamics",
     "Plan",
     "PlanFailure",
     "PlanarTetrahedron",
+    "PointingRule",
     "PosturePull",
     "PostureResult",
     "PostureTask",
@@ -126,7 +134,9 @@ __all__ = [
     "ShapeError",
     "SingularityParameter",
     "SmallestSingularValue",
+    "SpeedLimit",
     "StartSearch",
+    "SurfaceRule",
     "Task",
     "TaskPriority",
     "Toolpath",
@@ -144,6 +154,7 @@ __all__ = [
     "build_profile",
     "capsules_along_links",
     "characteristic_length",
+    "constant_speed",
     "cyclic_start",
     "error_bounds",
     "follow",
