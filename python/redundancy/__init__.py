@@ -76,7 +76,6 @@ from .errors import (
 from .loops import (
     ConstantSpeed,
     CyclicStart,
-    PinocchioDynamics,
     SpeedLimit,
     StartSearch,
     Tracking,
@@ -88,8 +87,8 @@ from .loops import (
     track,
 )
 from .paths import Toolpath, Trajectory
-from .planning import Plan, PlanFailure, RedundancyMap, Transfer, plan, redundancy_map
-from .robots import on_rail, with_turntable
+from .planning import Fastest, Plan, PlanFailure, RedundancyMap, Transfer, fastest, plan, redundancy_map
+from .robots import PinocchioDynamics, on_rail, with_turntable
 from .tasks import PointingRule, SurfaceRule
 
 __all__ = [
@@ -101,6 +100,7 @@ __all__ = [
     "CustomIndex",
     "CyclicStart",
     "Elimination",
+    "Fastest",
     "FrameTask",
     "GradientProjection",
     "Householder",
@@ -157,6 +157,7 @@ __all__ = [
     "constant_speed",
     "cyclic_start",
     "error_bounds",
+    "fastest",
     "follow",
     "isotropy",
     "maximum_manipulability",

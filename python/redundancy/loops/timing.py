@@ -9,7 +9,7 @@ from .._core import Robot
 from .._util import F64, checked
 from ..errors import InvalidValueError
 from ..paths import Trajectory, differences, length_along
-from .dynamics import Dynamics, TorqueFunction, checked_limit
+from ..robots import Dynamics, TorqueFunction, checked_limit, torques_of
 
 _QUADRATIC = 1e-9
 """Share of the largest torque by which torques may miss a parabola in the speed: rounding of any model's sums."""
@@ -178,20 +178,6 @@ class Motion:
         if np.abs(double - 4.0 * alpha).max() > _QUADRATIC * max(np.abs(double).max(), np.abs(rest).max()):
             raise InvalidValueError("torque is not quadratic in the speed, expected one without friction")
         return alpha, rest
-
-
-def torques_of(
-    torque: Dynamics | TorqueFunction, limit: ArrayLike | None, n: int
-) -> tuple[TorqueFunction, F64]:
-    """Return a function of torques and the limits that go with it, or raise an InvalidValueError."""
-    if limit is None:
-        if not isinstance(torque, Dynamics):
-            raise InvalidValueError("torque has no limits of its own, expected torque_limit")
-        limit = torque.limit
-    function = torque.torque if isinstance(torque, Dynamics) else torque
-    if not callable(function):
-        raise InvalidValueError(f"torque is {torque!r}, expected dynamics or a function")
-    return function, checked_limit("torque_limit", limit, n)
 
 
 def _answer(torque: TorqueFunction, q: F64, qd: F64, qdd: F64) -> F64:

@@ -5,9 +5,11 @@ from .map import Predicate, RedundancyMap, redundancy_map
 from .numbers import core_path
 from .plan import plan, plan_by
 from .result import Plan, Way
+from .speed import Fastest, fastest
 from .transfer import Transfer
 
 __all__ = [
+    "Fastest",
     "Plan",
     "PlanFailure",
     "PlanSettings",
@@ -16,6 +18,7 @@ __all__ = [
     "Transfer",
     "Way",
     "core_path",
+    "fastest",
     "plan",
     "plan_by",
     "redundancy_map",

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from .._util import F64
-from ..loops import Motion, TorqueFunction
+from ..loops import Motion
+from ..robots import TorqueFunction
 from .tolerance import STEP
 
 NEAR = 0.25

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import ConditionNumber, Robot, Task
-from .._util import F64
+from .._util import F64, axis_angle
 from ..errors import InvalidValueError
-from ..loops import ConstantSpeed, Dynamics, TorqueFunction, checked_limit, constant_speed, torques_of
+from ..loops import ConstantSpeed, constant_speed
 from ..paths import Toolpath, Trajectory, differences, length_along
+from ..robots import Dynamics, TorqueFunction, checked_limit, torques_of
+from .numbers import core_path
 from .plan import plan
 from .programme import MotionLimits, largest_gain, rows_of
 from .tolerance import STEP, Postures, splines
@@ -24,6 +26,10 @@ GAIN = 1e-6
 
 FIRST_RADIUS, SMALLEST_RADIUS = 0.05, 1e-5
 """Trust region [rad] at which the search begins, and at which it stops: what is left to gain is of its square."""
+
+
+KNOTS = 0.03
+"""Distance of the knots of tilt and spin along the path [m], about that of corners that a tool goes round."""
 
 
 class Volume(Protocol):
@@ -66,6 +72,139 @@ class _State:
     angles: F64
     q: F64
     w: float
+
+
+def fastest(
+    robot: Robot,
+    path: Toolpath,
+    volume: Volume,
+    *,
+    torque: Dynamics | TorqueFunction | None = None,
+    torque_limit: ArrayLike | None = None,
+    rate: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
+    start: Trajectory | Sequence[Trajectory] | None = None,
+    limits: bool = True,
+    knots: float = KNOTS,
+    max_iterations: int = 100,
+) -> Fastest:
+    """Find tilt and spin along a path for the largest constant speed of the tool, by rates, accelerations and torques.
+
+    Tilt and spin relative to the path's frames are cubic splines in its length. With w = 1/v^2 the criteria of
+    `constant_speed` are |q'| <= qd_max sqrt(w), |q''| <= qdd_max w and |alpha + w g| <= w tau_max at every point: each
+    step minimises w over a linear model of these, of the membership and of the position limits within a trust region
+    (sequential linear programming), and is taken if w falls. The result is a local optimum, never slower than the best
+    start as far as its splines come close to that.
+
+    Parameters
+    ----------
+    robot : Robot
+        Of six joints.
+    path : Toolpath
+        The path, at the distances at which the speed is to hold; without rotations the frames of spin 0 of plans, for
+        volumes of free spin alone.
+    volume : OrientationVolume
+        Allowed orientations of the tool relative to the path's frame: those that stay members on the way to no tilt (or
+        to no tilt and no spin), as cones, pyramids and squares do.
+    torque, torque_limit, rate, acceleration
+        Criteria, as in `constant_speed`; for torques alone give infinite rates.
+    start : Trajectory or sequence of Trajectory, optional
+        Where to start, such as plans and rules: postures along the same points. The best result is kept. If not given,
+        the plan of least motion with the path's orientations.
+    limits : bool
+        Whether position limits hold.
+    knots : float
+        Largest distance of the knots along the path [m].
+    max_iterations : int
+        Linear programmes a start at most.
+
+    Returns
+    -------
+    Fastest
+        The trajectory and its speed.
+
+    Raises
+    ------
+    ImportError
+        If scipy is not installed (``pip install redundancy[timing]``).
+    ShapeError, NonFiniteError, InvalidValueError
+        As for `constant_speed`; if the robot has not six joints, no limit is finite, or no start can be brought into
+        the volume within limits.
+    """
+    if robot.n != 6:
+        raise InvalidValueError(f"robot has {robot.n} joints, expected 6")
+    for name, number in {"knots": knots, "max_iterations": max_iterations}.items():
+        if not 0.0 < number < np.inf:
+            raise InvalidValueError(f"{name} is {number}, expected a finite number above 0")
+    bounds = _limits(robot, torque, torque_limit, rate, acceleration, limits)
+    if path.rotation is None:
+        path = path.oriented(core_path(path).frames(Task.axisymmetric()))
+    starts = [start] if isinstance(start, Trajectory) else list(start or [])
+    if not starts:
+        starts = [plan(robot, path, Task.full(), criterion="motion", limits=limits, progress=False)]
+    search = _Search(robot, path, volume, bounds, knots)
+    states = [state for given in starts if (state := search.start(_postures(given, path, robot))) is not None]
+    if not states or not np.isfinite(min(state.w for state in states)):
+        raise InvalidValueError("start: none can be brought into the volume and moved within limits")
+    found = [search.improved(state, max_iterations) for state in states if np.isfinite(state.w)]
+    best = min((state for state, _ in found), key=lambda state: state.w)
+    trajectory = _trajectory(robot, path.oriented(search.postures.rotation(best.angles)), best.q)
+    speed = constant_speed(
+        robot, trajectory, torque, torque_limit=torque_limit, rate=bounds.rate, acceleration=acceleration
+    )
+    return Fastest(
+        trajectory, speed, tuple(float(state.w**-0.5) for state in states), sum(solved for _, solved in found)
+    )
+
+
+def _limits(
+    robot: Robot,
+    torque: Dynamics | TorqueFunction | None,
+    torque_limit: ArrayLike | None,
+    rate: ArrayLike | None,
+    acceleration: ArrayLike | None,
+    position: bool,
+) -> MotionLimits:
+    none = np.full(robot.n, np.inf)
+    function, most = (None, none) if torque is None else torques_of(torque, torque_limit, robot.n)
+    bounds = MotionLimits(
+        checked_limit("rate", robot.qd_max if rate is None else rate, robot.n),
+        none if acceleration is None else checked_limit("acceleration", acceleration, robot.n),
+        most,
+        function,
+        robot.q_min if position else -none,
+        robot.q_max if position else none,
+    )
+    if not np.isfinite([bounds.rate, bounds.acceleration, bounds.torque]).any():
+        raise InvalidValueError("rate, acceleration and torque: no limit is finite, expected at least one")
+    return bounds
+
+
+def _postures(start: Trajectory, path: Toolpath, robot: Robot) -> F64:
+    """Return the postures of a start, or raise an InvalidValueError where it is none."""
+    if start.q.shape != (len(path), robot.n):
+        raise InvalidValueError(f"start has postures of shape {start.q.shape}, expected {(len(path), robot.n)}")
+    if start.unreachable:
+        raise InvalidValueError(f"start does not reach point {start.unreachable[0]}, expected all points")
+    return start.q
+
+
+def _trajectory(robot: Robot, path: Toolpath, q: F64) -> Trajectory:
+    """Return postures as a trajectory; its value is 0, as no objective is meant."""
+    assert path.rotation is not None
+    pose = robot.fk(q)
+    angle = axis_angle(pose[:, :3, :3] @ path.rotation.transpose(0, 2, 1))[1]
+    return Trajectory(
+        robot,
+        path,
+        q,
+        ConditionNumber(1.0).evaluate_many(robot, q, 0)[0],
+        np.zeros(len(q)),
+        np.linalg.norm(pose[:, :3, 3] - path.position, axis=1),
+        angle,
+        ["on target"] * len(q),
+        1.0,
+    )
 
 
 class _Search:

@@ -101,3 +101,30 @@ def checked_limit(name: str, value: ArrayLike, n: int) -> F64:
         raise InvalidValueError(f"{name}[{joint}] is {limit[joint]}, expected a number above 0")
     limit.setflags(write=False)
     return limit
+
+
+def torques_of(torque: Dynamics | TorqueFunction, limit: ArrayLike | None, n: int) -> tuple[TorqueFunction, F64]:
+    """Return a function of torques and the limits that go with it.
+
+    Parameters
+    ----------
+    torque : Dynamics or callable
+        What knows the torques.
+    limit : array_like, shape (n,), optional
+        Largest torques; those of the dynamics if not given.
+    n : int
+        Number of joints.
+
+    Raises
+    ------
+    ShapeError, InvalidValueError
+        If these are no dynamics and no function, or the limits are missing or wrong.
+    """
+    if limit is None:
+        if not isinstance(torque, Dynamics):
+            raise InvalidValueError("torque has no limits of its own, expected torque_limit")
+        limit = torque.limit
+    function = torque.torque if isinstance(torque, Dynamics) else torque
+    if not callable(function):
+        raise InvalidValueError(f"torque is {torque!r}, expected dynamics or a function")
+    return function, checked_limit("torque_limit", limit, n)
