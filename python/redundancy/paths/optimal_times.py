@@ -58,7 +58,9 @@ def least_times(s: F64, q: F64, bounds: MotionBounds, start_speed: float, end_sp
     if np.isfinite(bounds.rate).any():
         constraints.append(constraint.JointVelocityConstraint(_pairs(bounds.rate)))
     if bounds.acceleration is not None and np.isfinite(bounds.acceleration).any():
-        constraints.append(constraint.JointAccelerationConstraint(_pairs(bounds.acceleration), discretization_scheme=both))
+        constraints.append(
+            constraint.JointAccelerationConstraint(_pairs(bounds.acceleration), discretization_scheme=both)
+        )
     if bounds.torque is not None and np.isfinite(bounds.torque[1]).any():
         function, limit = bounds.torque
 

@@ -314,7 +314,9 @@ class Toolpath:
             raise InvalidValueError(f"speed is {speed}, expected a finite number above 0")
         pose = np.eye(4) if frame is None else checked_pose("frame", frame)
         swap = [0, 1] if along == "x" else [1, 0]
-        plane, length = points_along(rounded(raster_corners((sides[swap[0]], sides[swap[1]]), int(rows)), fillet), spacing)
+        plane, length = points_along(
+            rounded(raster_corners((sides[swap[0]], sides[swap[1]]), int(rows)), fillet), spacing
+        )
         position = pose[:3, 3] + plane[:, swap] @ pose[:3, :2].T
         tool = pose[:3, :3] * [-1.0, 1.0, -1.0]
         rotation = np.broadcast_to(tool, (len(position), 3, 3))

@@ -7,11 +7,12 @@ import numpy as np
 
 from .._util import F64
 from ..loops import Motion
+from ..paths import Differences
 from ..robots import TorqueFunction
 from .tolerance import STEP
 
-NEAR = 0.25
-"""Share of the largest demand of 1/v^2 from which a row counts: a step within the trust region brings none so far."""
+LEAST_SHARE = 0.25
+"""Share of the present 1/v^2 to which one step may bring it: the model of the rates is a tangent there."""
 
 
 @dataclass(frozen=True)
@@ -92,88 +93,89 @@ def _torque_rows(motion: Motion, limits: MotionLimits, torque: TorqueFunction, w
     return rows
 
 
-def largest_gain(
-    rows: list[Rows],
-    motion: Motion,
-    limits: MotionLimits,
-    slopes: F64,
-    differences: Any,  # noqa: ANN401
-    basis: Any,  # noqa: ANN401
-    membership: tuple[F64, F64],
-    w: float,
-    radius: float,
-) -> tuple[F64, float] | None:
-    """Solve the linear programme.
+@dataclass(frozen=True)
+class Linear:
+    """A motion and its neighbourhood, N points in all.
 
-    Parameters
+    Attributes
     ----------
-    rows : list of Rows
-        Limits of the motion.
     motion : Motion
-        The present motion, of N points.
-    limits : MotionLimits
-        Its position limits.
+        Postures and their derivatives in the length of the path.
+    w : float
+        The 1/v^2 that it demands [s^2/m^2].
     slopes : ndarray, shape (N, 6, 3)
         Derivatives of the postures in tilt and spin.
     differences : Differences
         Derivatives in the length of the path.
     basis : sparse array, shape (N, m)
-        From control values to points.
-    membership : tuple of ndarray, shapes (N,) and (N, 3)
-        Signed distances to the volume and their slopes.
-    w : float
-        Present 1/v^2 [s^2/m^2].
+        From control values of tilt and spin to their values at the points.
+    outside : ndarray, shape (N,)
+        Signed distances to the volume [rad].
+    normal : ndarray, shape (N, 3)
+        Derivatives of these in tilt and spin.
+    """
+
+    motion: Motion
+    w: float
+    slopes: F64
+    differences: Differences
+    basis: Any
+    outside: F64
+    normal: F64
+
+
+def least_demand(model: Linear, limits: MotionLimits, radius: float) -> tuple[F64, float] | None:
+    """Minimise w = 1/v^2 over the linear model within a trust region.
+
+    Parameters
+    ----------
+    model : Linear
+        The model.
+    limits : MotionLimits
+        Limits of the motion.
     radius : float
         Largest change of a control value [rad].
 
     Returns
     -------
     tuple of (ndarray, shape (m, 3), float), or None
-        The change of the control values, and 1/v^2 where all were linear; None where there is no answer.
+        The change of the control values, and the least w; None where the model has no answer.
     """
     from scipy import sparse
     from scipy.optimize import linprog
 
-    blocks, bounds, factors = [], [], []
-    count = len(motion.q)
-    for row in rows:
-        at = np.flatnonzero(row.constant + row.factor * w > NEAR - 1.0)
-        blocks.append(_in_angles(row, at, slopes, differences, count))
-        bounds.append(-row.constant[at])
-        factors.append(row.factor[at])
-    distance, normal = membership
-    near = np.flatnonzero(distance > -4.0 * radius)
-    blocks.append(_at_points(normal[near], near, count))
-    bounds.append(-distance[near])
-    factors.append(np.zeros(len(near)))
+    motion, w, every = model.motion, model.w, np.arange(len(model.motion.q))
+    blocks = [_at_points(model.normal, every, len(every))]
+    bounds, factors = [-model.outside], [np.zeros(len(every))]
+    for row in rows_of(motion, limits, w):
+        blocks.append(_in_angles(row, model.slopes, model.differences))
+        bounds.append(-row.constant)
+        factors.append(row.factor)
     for sign, gap in ((1.0, limits.high - motion.q), (-1.0, motion.q - limits.low)):
-        reach = radius * np.abs(slopes).sum(axis=2)
-        for joint in range(motion.q.shape[1]):
-            near = np.flatnonzero(gap[:, joint] < 2.0 * reach[:, joint])
-            blocks.append(_at_points(sign * slopes[near, joint], near, count))
-            bounds.append(gap[near, joint])
-            factors.append(np.zeros(len(near)))
-    spread = sparse.kron(basis, sparse.eye_array(3), format="csr")
-    matrix = sparse.hstack([sparse.vstack(blocks) @ spread, np.concatenate(factors)[:, None]], format="csr")
-    cost = np.zeros(matrix.shape[1])
-    cost[-1] = 1.0
-    box = np.array([[-radius, radius]] * (len(cost) - 1) + [[0.25 * w, 4.0 * w]])
-    found = linprog(cost, A_ub=matrix, b_ub=np.concatenate(bounds), bounds=box, method="highs")
-    if found.x is None:
-        return None
-    return found.x[:-1].reshape(-1, 3), float(found.x[-1])
+        for joint in np.flatnonzero(np.isfinite(gap).all(axis=0)):
+            blocks.append(_at_points(sign * model.slopes[:, joint], every, len(every)))
+            bounds.append(gap[:, joint])
+            factors.append(np.zeros(len(every)))
+    matrix = sparse.vstack(blocks, format="csr") @ sparse.kron(model.basis, sparse.eye_array(3), format="csr")
+    bound, factor = np.concatenate(bounds), np.concatenate(factors)
+    # Rows that nothing within the trust region can reach only cost time.
+    lowest = LEAST_SHARE * w
+    kept = np.flatnonzero(radius * abs(matrix).sum(axis=1) + lowest * factor > bound)
+    whole = sparse.hstack([matrix[kept], factor[kept, None]], format="csr")
+    box = np.array([[-radius, radius]] * matrix.shape[1] + [[lowest, np.inf]])
+    cost = np.eye(len(box))[-1]
+    found = linprog(cost, A_ub=whole, b_ub=bound[kept], bounds=box, method="highs")
+    return None if found.x is None else (found.x[:-1].reshape(-1, 3), float(found.x[-1]))
 
 
-def _in_angles(row: Rows, at: F64, slopes: F64, differences: Any, count: int) -> Any:  # noqa: ANN401
-    """Return a row's slopes in tilt and spin of all points: those of a point and of the neighbours it differs from."""
-    from scipy import sparse
-
-    total = _at_points(np.einsum("ij,ijk->ik", row.slopes[0][at], slopes[at]), at, count)
-    for k in range(differences.index.shape[1]):
-        column = differences.index[at, k]
-        weight = differences.first[at, k, None] * row.slopes[1][at] + differences.second[at, k, None] * row.slopes[2][at]
+def _in_angles(row: Rows, slopes: F64, differences: Differences) -> Any:  # noqa: ANN401
+    """Return slopes in tilt and spin of all points: those of a point and of the neighbours whose differences it has."""
+    count = len(slopes)
+    total = _at_points(np.einsum("ij,ijk->ik", row.slopes[0], slopes), np.arange(count), count)
+    for k, column in enumerate(differences.index.T):
+        weight = differences.first[:, k, None] * row.slopes[1] + differences.second[:, k, None] * row.slopes[2]
         total = total + _at_points(np.einsum("ij,ijk->ik", weight, slopes[column]), column, count)
-    return sparse.csr_array(total)
+    return total
 
 
 def _at_points(values: F64, points: Any, count: int) -> Any:  # noqa: ANN401

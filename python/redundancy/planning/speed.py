@@ -15,7 +15,7 @@ from ..paths import Toolpath, Trajectory, differences, length_along
 from ..robots import Dynamics, TorqueFunction, checked_limit, torques_of
 from .numbers import core_path
 from .plan import plan
-from .programme import MotionLimits, largest_gain, rows_of
+from .programme import Linear, MotionLimits, least_demand
 from .tolerance import STEP, Postures, splines
 
 MEMBER = 1e-10
@@ -27,6 +27,9 @@ GAIN = 1e-6
 FIRST_RADIUS, SMALLEST_RADIUS = 0.05, 1e-5
 """Trust region [rad] at which the search begins, and at which it stops: what is left to gain is of its square."""
 
+
+SHARE = 1e-9
+"""How closely the share of a tilt is found that a volume allows."""
 
 KNOTS = 0.03
 """Distance of the knots of tilt and spin along the path [m], about that of corners that a tool goes round."""
@@ -61,7 +64,9 @@ class Fastest:
     iterations: int
 
     def __repr__(self) -> str:
-        return f"Fastest({self.speed.speed:.6g} m/s from {max(self.start_speeds):.6g} m/s, {self.iterations} iterations)"
+        return (
+            f"Fastest({self.speed.speed:.6g} m/s from {max(self.start_speeds):.6g} m/s, {self.iterations} iterations)"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,16 +247,16 @@ class _Search:
 
     def _drawn(self, control: F64) -> F64 | None:
         """Draw control values towards no tilt, and if need be towards no spin, until all points are members."""
-        for towards in (np.array([0.0, 0.0, 1.0]), np.zeros(3)):
-            shares = [0.0, 1.0]
-            if self._member(control):
-                return control
-            if not self._member(towards * control):
+        if self._member(control):
+            return control
+        for kept in (np.array([0.0, 0.0, 1.0]), np.zeros(3)):
+            if not self._member(kept * control):
                 continue
-            while shares[1] - shares[0] > 1e-9:
-                middle = 0.5 * (shares[0] + shares[1])
-                shares[self._member((middle + (1.0 - middle) * towards) * control) ^ True] = middle
-            drawn: F64 = (shares[0] + (1.0 - shares[0]) * towards) * control
+            inside, beyond = kept, np.ones(3)
+            while (beyond - inside).max() > SHARE:
+                middle = 0.5 * (inside + beyond)
+                inside, beyond = (middle, beyond) if self._member(middle * control) else (inside, middle)
+            drawn: F64 = inside * control
             return drawn
         return None
 
@@ -264,10 +269,7 @@ class _Search:
         model = self._model(state)
         while model is not None and radius > SMALLEST_RADIUS and solved < max_iterations:
             solved += 1
-            rows, motion, slopes, membership = model
-            step = largest_gain(
-                rows, motion, self.limits, slopes, self.postures.differences, self.basis, membership, state.w, radius
-            )
+            step = least_demand(model, self.limits, radius)
             if step is None or state.w - step[1] < GAIN * state.w:
                 radius *= 0.25
                 continue
@@ -276,19 +278,18 @@ class _Search:
                 radius *= 0.4
                 continue
             share = (state.w - following.w) / (state.w - step[1])
-            radius = min(radius * (2.0 if share > 0.7 else 1.0 if share > 0.3 else 0.5), 0.5)
+            radius *= 2.0 if share > 0.7 else 1.0 if share > 0.3 else 0.5
             state = following
             model = self._model(state)
         return state, solved
 
-    def _model(self, state: _State) -> Any:  # noqa: ANN401
-        """Return what the linear programme needs at a state; None where postures have no slopes."""
+    def _model(self, state: _State) -> Linear | None:
+        """Return the linear model about a state; None where postures have no slopes."""
         slopes = self.postures.slopes(state.angles, state.q)
         if slopes is None:
             return None
         motion = self.postures.motion(state.q)
-        normal = np.stack(
-            [(self.outside(state.angles + e) - self.outside(state.angles - e)) / (2.0 * STEP) for e in STEP * np.eye(3)],
-            axis=1,
-        )
-        return rows_of(motion, self.limits, state.w), motion, slopes, (self.outside(state.angles), normal)
+        ahead, behind = (np.array([self.outside(state.angles + way * e) for e in np.eye(3)]) for way in (STEP, -STEP))
+        normal = ((ahead - behind) / (2.0 * STEP)).T
+        outside = self.outside(state.angles)
+        return Linear(motion, state.w, slopes, self.postures.differences, self.basis, outside, normal)
