@@ -12,6 +12,7 @@ mod results;
 mod robot;
 mod spare;
 mod task;
+mod volume;
 
 use pyo3::prelude::*;
 
@@ -62,6 +63,8 @@ mod _core {
     use super::robot::controller::PyController;
     #[pymodule_export]
     use super::task::PyTask;
+    #[pymodule_export]
+    use super::volume::PyVolume;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

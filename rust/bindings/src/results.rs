@@ -64,6 +64,15 @@ pub static SINGULARITY: Named = Named {
     class: PyOnceLock::new(),
 };
 
+/// What `OrientationVolume.nearest` answers.
+pub static NEAREST_ORIENTATION: Named = Named {
+    name: "NearestOrientation",
+    fields: &["orientation", "distance", "unique"],
+    doc: "The members nearest to orientations, in their form, (..., 4) or (..., 3, 3), the smallest rotation angles to them (...) [rad], and whether no \
+          other member is as near (...).",
+    class: PyOnceLock::new(),
+};
+
 impl Named {
     fn class<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyType>> {
         let class = self.class.get_or_try_init(py, || {
@@ -84,7 +93,7 @@ impl Named {
 
 /// Adds the classes to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY] {
+    for named in [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY, &NEAREST_ORIENTATION] {
         module.add(named.name, named.class(module.py())?)?;
     }
     Ok(())

@@ -7,12 +7,13 @@ use crate::errors::{Failure, PyResult};
 
 use crate::array::{ok, read_matrix, read_vector, vector};
 use crate::robot::PyRobot;
+use crate::volume::PyVolume;
 use redundancy::error::{Error, Result, check_finite};
 use redundancy::kinematics::forward;
 use redundancy::linalg::MAX_JOINTS;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::unit;
-use redundancy::task::{Projector, Reference, Target, Task};
+use redundancy::task::{OrientationVolume, Projector, Reference, Target, Task};
 
 /// What the tool has to do; the rest of its motion is free (Huo 2009, table 3.6: 16 twist projectors).
 ///
@@ -34,7 +35,16 @@ use redundancy::task::{Projector, Reference, Target, Task};
 #[pyclass(name = "Task", frozen, eq, module = "redundancy._core")]
 #[derive(PartialEq)]
 pub struct PyTask {
+    /// Of a task within a volume that of its position.
     pub task: Task,
+    /// The orientations allowed, of [`PyTask::within`].
+    pub volume: Option<OrientationVolume>,
+}
+
+impl From<Task> for PyTask {
+    fn from(task: Task) -> Self {
+        Self { task, volume: None }
+    }
 }
 
 fn projector(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Projector> {
@@ -82,7 +92,7 @@ impl PyTask {
             Reference::Base if isotropic(angular) && isotropic(linear) => Reference::Tool,
             other => other,
         };
-        Ok(Self { task: Task { angular, linear, reference } })
+        Ok(Task { angular, linear, reference }.into())
     }
 
     /// Position and the direction of an axis of the tool: the spin about it is free (milling, welding, deburring, printing).
@@ -98,25 +108,50 @@ impl PyTask {
         if let Some(axis) = axis {
             read_vector("axis", axis, 3, &mut e)?;
         }
-        Ok(Self { task: ok(Task::axisymmetric(e))? })
+        Ok(ok(Task::axisymmetric(e))?.into())
     }
 
     /// Position and orientation.
     #[staticmethod]
     fn full() -> Self {
-        Self { task: Task::FULL }
+        Task::FULL.into()
     }
 
     /// Position alone.
     #[staticmethod]
     fn position() -> Self {
-        Self { task: Task::POSITION }
+        Task::POSITION.into()
     }
 
-    /// "axisymmetric", "full" or "position", or "general" for the other projectors.
+    /// Position, and an orientation that stays within a volume: it may tilt and spin as far as the volume says (painting, coating, inspection).
+    ///
+    /// Parameters
+    /// ----------
+    /// volume : OrientationVolume
+    ///     The tool's orientations that are allowed, relative to the frame of the path at each of its points.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If the volume has no smooth bounds: products of four rotations and more or whose axes come to lie in a plane, pyramids tilted
+    ///     beyond a quarter turn, squares whose corners reach the horizon.
+    #[staticmethod]
+    fn within(volume: &Bound<'_, PyVolume>) -> PyResult<Self> {
+        let volume = volume.get().volume.clone();
+        ok(volume.check_as_task())?;
+        Ok(Self { task: Task::POSITION, volume: Some(volume) })
+    }
+
+    /// "axisymmetric", "full", "position" or "within", or "general" for the other projectors.
     #[getter]
     fn kind(&self) -> &'static str {
-        self.task.kind()
+        if self.volume.is_some() { "within" } else { self.task.kind() }
+    }
+
+    /// The orientations that are allowed, of a task within a volume; None of others.
+    #[getter]
+    fn volume(&self) -> Option<PyVolume> {
+        self.volume.clone().map(|volume| PyVolume { volume })
     }
 
     /// Unit axis in the tool frame, shape (3,); z unless axisymmetric about another.
@@ -125,17 +160,17 @@ impl PyTask {
         vector(py, &self.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]))
     }
 
-    /// Number of components of the tool's twist that matter, 0 to 6.
+    /// Number of components of the tool's twist that matter, 0 to 6; within a volume those that it bounds from both sides at once alone.
     #[getter]
     fn dimension(&self) -> usize {
-        self.task.dimension()
+        self.task.dimension() + self.equalities()
     }
 
     /// Numbers of a target: 6 (position and axis) for an axisymmetric tool, 3 (position) where the rotation is free, else 12 (position and
     /// rotation matrix by rows).
     #[getter]
     fn target_size(&self) -> usize {
-        Self::width(&self.task)
+        if self.volume.is_some() { 12 } else { Self::width(&self.task) }
     }
 
     /// The twist projector T of a posture (Huo 2009, eq. 3.6), symmetric and idempotent.
@@ -151,13 +186,19 @@ impl PyTask {
     /// -------
     /// ndarray, shape (6, 6)
     ///     Acts on twists [omega; v] in the base frame, at the tool point or, for a task in the frame of a part, at that frame's origin.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidValueError
+    ///     If the task is within a volume: which of its bounds matter depends on the target.
     fn projector<'py>(&self, py: Python<'py>, robot: &Bound<'py, PyRobot>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let task = self.plain("Task.projector")?;
         let robot = &*robot.get().robot;
         let n = robot.n();
         let mut buffer = [0.0; MAX_JOINTS];
         read_vector("q", q, n, &mut buffer)?;
         let tool = ok(forward(robot, &buffer[..n]))?;
-        let m = self.task.projector(&tool);
+        let m = task.projector(&tool);
         let rows: Vec<Vec<f64>> = m.iter().map(|row| row.to_vec()).collect();
         Ok(PyArray1::from_vec(py, rows.concat()).reshape([6, 6])?)
     }
@@ -176,10 +217,14 @@ impl PyTask {
     ///     functional one is negative when the robot cannot do the task.
     fn redundancy(&self, robot: &Bound<'_, PyRobot>) -> (isize, isize, isize) {
         let (intrinsic, functional) = self.task.redundancy(&robot.get().robot);
+        let functional = functional - self.equalities() as isize;
         (intrinsic as isize, functional, intrinsic as isize + functional)
     }
 
     fn __repr__(&self) -> String {
+        if let Some(volume) = self.volume() {
+            return format!("Task.within({})", volume.shown());
+        }
         let shown = |projector: Projector| match projector {
             Projector::None => "'free'".into(),
             Projector::All => "'full'".into(),
@@ -200,6 +245,19 @@ impl PyTask {
 }
 
 impl PyTask {
+    /// The task, for what does not take volumes.
+    pub fn plain(&self, what: &str) -> PyResult<&Task> {
+        if self.volume.is_some() {
+            return Err(Error::value("task", self.__repr__(), &format!("a task without a volume: {what} does not take one")).into());
+        }
+        Ok(&self.task)
+    }
+
+    /// Components of the angular velocity that a volume leaves no freedom in.
+    fn equalities(&self) -> usize {
+        self.volume.as_ref().map_or(0, |volume| 3 - volume.freedoms())
+    }
+
     /// Numbers of one target.
     pub fn width(task: &Task) -> usize {
         match task.angular {

@@ -2,7 +2,7 @@
 //!
 //! The sizes of this field (6 rows, at most [`MAX_JOINTS`] columns) are too small for a general library's blocking, and the number of
 //! joints is known only at run time: kernels are compiled for a few capacities, and a room's door chooses the one that fits.
-//! `benches/linalg.rs` measures these routines beside nalgebra and faer. Open to users are [`vector`]s and [`frame`]s, whose sizes are in
+//! `benches/linalg.rs` measures these routines beside nalgebra and faer. Open to users are [`vector`]s, [`frame`]s and [`quaternion`]s, whose sizes are in
 //! their types:
 //!
 //! ```
@@ -24,6 +24,8 @@ mod jacobi;
 pub(crate) mod left_null;
 pub(crate) mod lu;
 pub(crate) mod orthogonal;
+pub mod quaternion;
+pub(crate) mod random;
 pub(crate) mod real;
 pub(crate) mod svd;
 pub(crate) mod symmetric;

@@ -31,10 +31,12 @@ mod error;
 mod projector;
 mod redundancy;
 mod suited;
+pub mod volume;
 
 pub use constraint::Constraint;
 pub use directions::Directions;
 pub use projector::Projector;
+pub use volume::OrientationVolume;
 
 use crate::error::Result;
 use crate::linalg::Mat6;

@@ -77,9 +77,10 @@ impl PyLattice {
         let (numbers, _) = read_any("values", values)?;
         let rows: Vec<Vec<f64>> =
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
+        let task = task.plain("redundancy_map")?;
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
-        let spare = ok(SpareGrid::at(&robot.robot, &task.task, &spare, rows))?;
-        let lattice = Lattice::new(robot.robot.clone(), frames.into(), &task.task, &angles, &spare, terms, limits);
+        let spare = ok(SpareGrid::at(&robot.robot, task, &spare, rows))?;
+        let lattice = Lattice::new(robot.robot.clone(), frames.into(), task, &angles, &spare, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }
 

@@ -69,13 +69,13 @@ impl PyPath {
     ///     If the task is neither axisymmetric nor full, the rotations that it needs are missing, or a closed path does not end where it starts.
     #[pyo3(signature = (task, closed=false))]
     fn frames<'py>(&self, py: Python<'py>, task: &PyTask, closed: bool) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        matrices(py, &spin_frames(&self.path, &task.task, closed)?)
+        matrices(py, &spin_frames(&self.path, task.plain("a path's frames")?, closed)?)
     }
 
     /// The spins of the tool at postures (N, n) against the frames at spin 0 [rad], shape (N,), from -pi to pi.
     fn spins<'py>(&self, py: Python<'py>, robot: &PyRobot, task: &PyTask, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let frames = spin_frames(&self.path, &task.task, false)?;
-        let axis = task.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
+        let frames = spin_frames(&self.path, task.plain("a path's frames")?, false)?;
+        let axis = task.plain("a path's spins")?.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let tools = tools(&robot.robot, &self.postures(robot, q)?);
         let spins: Vec<f64> = frames.iter().zip(&tools).map(|(frame, tool)| spin(frame, tool, axis)).collect();
         Ok(vector(py, &spins))

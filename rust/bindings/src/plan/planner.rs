@@ -116,7 +116,7 @@ pub fn plan_path(
     let n = robot.robot.n();
     let objective = objective.as_ref().map(Py::get);
     let terms = objective.map(|objective| objective.objective.clone());
-    let mut planner = Planner::new(robot.robot.clone(), path.path.clone(), task.task, terms, settings.settings.clone())?;
+    let mut planner = Planner::new(robot.robot.clone(), path.path.clone(), *task.plain("plan")?, terms, settings.settings.clone())?;
     if let Some((path, q)) = &warm_start {
         planner = planner.with_warm_start(earlier(path, q, n)?);
     }

@@ -175,7 +175,7 @@ impl PyQuadraticProgram {
                 Some((scene, ok(Damper::new(influence, security, damping))?))
             }
         };
-        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, task.get().task);
+        let (form, derivatives, task_of) = (read_form(form)?, read_derivatives(derivatives, step)?, *task.get().plain("QuadraticProgram")?);
         let rest = Weights { rate_weights, stiffness, largest_deviation, jerk }.apply(&mut settings, n)?;
         let mut solver = ok(QuadraticSolver::new(core, task_of, index, form, derivatives, settings))?;
         ok(rest.give(&mut solver))?;

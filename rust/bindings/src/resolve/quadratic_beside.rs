@@ -74,7 +74,7 @@ impl PyFrameTask {
             None => Frame::IDENTITY,
             Some(given) => ok(Frame::from_matrix("frame", &read_matrix("frame", given)?))?,
         };
-        Ok(Self(FrameTask { link, frame, task: task.get().task, weight }))
+        Ok(Self(FrameTask { link, frame, task: *task.get().plain("FrameTask")?, weight }))
     }
 }
 

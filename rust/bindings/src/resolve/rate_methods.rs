@@ -62,8 +62,9 @@ fn make(method: Method, given: &Bound<'_, PyTuple>, keywords: Option<&Bound<'_, 
     let secondary = secondary(objective, &core, scaling)?;
     let weights = given.weights.as_ref().map(|weights| read_list("weights", weights.bind(py))).transpose()?;
     let task = given.task.clone_ref(py);
-    let solver = ok(RateSolver::new(core, task.get().task, method, secondary, weights.as_deref(), settings))?;
-    let task = if *solver.task() == task.get().task { task } else { Py::new(py, PyTask { task: *solver.task() })? };
+    let asked = *task.get().plain("a method at the level of rates")?;
+    let solver = ok(RateSolver::new(core, asked, method, secondary, weights.as_deref(), settings))?;
+    let task = if *solver.task() == asked { task } else { Py::new(py, PyTask::from(*solver.task()))? };
     let objective = objective.map(|objective| objective.clone().unbind());
     Ok(PyRateSolver::of(solver, Given::new(py, given.robot.clone_ref(py), task, objective), scaling))
 }

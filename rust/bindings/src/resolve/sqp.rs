@@ -100,7 +100,8 @@ impl PyOrthogonalSqp {
         let terms = &objective.bind(py).get().objective;
         let length = length.or_else(|| terms.length()).unwrap_or(1.0);
         let settings = SqpSettings { length, exact_hessian, gain, dt, limits, tolerance, max_iterations };
-        let solver = OrthogonalSqp::new(robot.get().robot.clone(), task.get().task, terms.clone(), settings);
+        let asked = *task.get().plain("OrthogonalSQP")?;
+        let solver = OrthogonalSqp::new(robot.get().robot.clone(), asked, terms.clone(), settings);
         let given = Given::new(py, robot, task, Some(objective.into_any()));
         Ok(Self { solver: ok(solver)?, given, last: Mutex::new(Last::NONE) })
     }

@@ -651,7 +651,7 @@ impl PyRobot {
         turns: bool,
         report: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let task = task.map(|task| task.task);
+        let task = task.map(|task| task.plain("Robot.inverse").copied()).transpose()?;
         Asked { task, near, fixed, arm_angle, samples, limits, turns, report }.answer(py, &self.robot, &self.inverse, pose)
     }
 

@@ -1,0 +1,271 @@
+//! Products of rotations: the member nearest to an orientation.
+//!
+//! With half angles, |<Q1(x1) Q2(x2) Q3(x3), q>| = cos(d/2), d the distance, is linear in (cos(x_i/2), sin(x_i/2)) of each factor: one angle is
+//! found in closed form, two together too (a bilinear form has one largest value). Of three, the best is either at an end of one range, or where the
+//! error vanishes, or where the three axes lie in a plane, which only the middle angle decides: a finite list of pairs, each in closed form.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::Factor;
+use super::best::Best;
+use super::range::{Range, wrap};
+use crate::linalg::quaternion::Quaternion;
+use crate::linalg::vector::{cross, dot, scale, sub};
+
+/// A distance \[rad\] that is rounding.
+pub(super) const EXACT: f64 = 1e-15;
+
+/// A distance \[rad\] from which angles found near a singular middle angle are worth another round.
+const NEARLY: f64 = 1e-6;
+
+/// Below this, relative to one, the middle angle does not change how the axes of three factors lie.
+const PARALLEL: f64 = 1e-12;
+
+/// Rounds over four factors and more.
+const ROUNDS: usize = 100;
+
+/// Starts in corners of the ranges of four factors and more.
+const CORNERS: usize = 64;
+
+/// What a round over four factors and more has to gain \[rad\].
+const GAIN: f64 = 1e-14;
+
+impl Factor {
+    fn turn(&self, angle: f64) -> Quaternion {
+        Quaternion::about(self.axis, angle)
+    }
+}
+
+/// The rotation that angles make.
+fn made(factors: &[Factor], angles: &[f64]) -> Quaternion {
+    factors.iter().zip(angles).fold(Quaternion::IDENTITY, |q, (factor, &x)| q.product(&factor.turn(x)))
+}
+
+/// The angle about an axis that comes nearest, clamped; where both ends are as near, both.
+fn single(factor: &Factor, q: &Quaternion, push: &mut dyn FnMut(f64)) {
+    let x = 2.0 * dot(q.vector(), factor.axis).atan2(q.0[0]);
+    if factor.range.contains(x) {
+        push(x);
+    } else {
+        factor.range.ends().for_each(push);
+    }
+}
+
+/// Every pair of angles that may be the nearest.
+fn pair(first: &Factor, second: &Factor, q: &Quaternion, push: &mut dyn FnMut(f64, f64)) {
+    let (a, b, v) = (first.axis, second.axis, q.vector());
+    // The bilinear form's entries: q against 1, a, b and a b.
+    let (g00, g10, g01) = (q.0[0], dot(a, v), dot(b, v));
+    let g11 = dot(cross(a, b), v) - dot(a, b) * q.0[0];
+    let (difference, sum) = ((g10 - g01).atan2(g00 + g11), (g10 + g01).atan2(g00 - g11));
+    let (x, y) = (wrap(sum + difference), wrap(sum - difference));
+    if first.range.contains(x) && second.range.contains(y) {
+        push(x, y);
+    }
+    for x in first.range.ends() {
+        single(second, &first.turn(-x).product(q), &mut |y| push(x, y));
+    }
+    for y in second.range.ends() {
+        single(first, &q.product(&second.turn(-y)), &mut |x| push(x, y));
+    }
+}
+
+/// How the axes of three factors lie as the middle one turns: n1 . R2(x) n3 = height cos(x - phase) + constant.
+pub(super) struct Lie {
+    height: f64,
+    phase: f64,
+    constant: f64,
+}
+
+impl Lie {
+    pub(super) fn of([first, middle, last]: [&Factor; 3]) -> Self {
+        let (a, n, b) = (first.axis, middle.axis, last.axis);
+        let constant = dot(a, n) * dot(n, b);
+        let (cosine, sine) = (dot(a, sub(b, scale(dot(n, b), n))), dot(a, cross(n, b)));
+        Self { height: cosine.hypot(sine), phase: sine.atan2(cosine), constant }
+    }
+
+    /// Whether the axes stay in a plane.
+    pub(super) fn is_flat(&self) -> bool {
+        self.height < PARALLEL
+    }
+
+    /// Whether the axes come to lie in a plane within a range.
+    pub(super) fn is_singular_within(&self, range: &Range) -> bool {
+        self.is_flat() || range.contains(self.phase) || range.contains(self.phase + PI)
+    }
+
+    /// How fast the three angles turn the tool: n1 . (n2 x R2 n3).
+    pub(super) fn density(&self, x: f64) -> f64 {
+        (self.height * (x - self.phase).sin()).abs()
+    }
+
+    /// The most of that within a range.
+    pub(super) fn most_dense(&self, range: &Range) -> f64 {
+        let peak = range.contains(self.phase + FRAC_PI_2) || range.contains(self.phase - FRAC_PI_2);
+        if peak { self.height } else { self.density(range.low).max(self.density(range.high)) }
+    }
+
+    /// The two middle angles of an orientation.
+    fn roots(&self, factors: [&Factor; 3], q: &Quaternion) -> [f64; 2] {
+        let cosine = dot(factors[0].axis, q.rotate(factors[2].axis)) - self.constant;
+        let sine = ((self.height - cosine) * (self.height + cosine)).max(0.0).sqrt();
+        let x = sine.atan2(cosine);
+        [self.phase + x, self.phase - x]
+    }
+}
+
+/// Every triple of angles with the given middle one that may be the nearest.
+fn with_middle(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
+    let back = factors[1].turn(-x);
+    let turned = Factor { axis: back.rotate(factors[0].axis), range: factors[0].range };
+    pair(&turned, factors[2], &back.product(q), &mut |a, b| push([a, x, b]));
+}
+
+fn with_first(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
+    pair(factors[1], factors[2], &factors[0].turn(-x).product(q), &mut |a, b| push([x, a, b]));
+}
+
+fn with_last(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
+    pair(factors[0], factors[1], &q.product(&factors[2].turn(-x)), &mut |a, b| push([a, b, x]));
+}
+
+/// The triples of angles that make an orientation, ranges aside; the nearest ones where none does.
+pub(super) fn solutions(factors: [&Factor; 3], q: &Quaternion) -> [[f64; 3]; 2] {
+    let free = factors.map(|factor| Factor { range: Range::FREE, ..*factor });
+    let free = [&free[0], &free[1], &free[2]];
+    Lie::of(factors).roots(factors, q).map(|x| {
+        let mut out = [0.0, x, 0.0];
+        with_middle(free, x, q, &mut |angles| out = angles);
+        out
+    })
+}
+
+/// The other triple of angles of an orientation that has one with the middle angle given.
+pub(super) fn other(factors: [&Factor; 3], middle: f64, q: &Quaternion) -> [f64; 3] {
+    let free = factors.map(|factor| Factor { range: Range::FREE, ..*factor });
+    let x = 2.0 * Lie::of(factors).phase - middle;
+    let mut out = [0.0, x, 0.0];
+    with_middle([&free[0], &free[1], &free[2]], x, q, &mut |angles| out = angles);
+    out
+}
+
+/// The pair of angles that comes nearest to an orientation, ranges aside.
+pub(super) fn solution_of_pair(first: &Factor, second: &Factor, q: &Quaternion) -> [f64; 2] {
+    let [first, second] = [first, second].map(|factor| Factor { range: Range::FREE, ..*factor });
+    let mut out = [0.0; 2];
+    pair(&first, &second, q, &mut |x, y| out = [x, y]);
+    out
+}
+
+/// The angles of a triple and how near they come.
+struct Tried<'a> {
+    factors: [&'a Factor; 3],
+    q: &'a Quaternion,
+    angles: [f64; 3],
+    distance: f64,
+    each: &'a mut dyn FnMut(Quaternion),
+}
+
+impl Tried<'_> {
+    fn push(&mut self, angles: [f64; 3]) {
+        let [a, b, c] = self.factors;
+        let member = a.turn(angles[0]).product(&b.turn(angles[1])).product(&c.turn(angles[2]));
+        let distance = member.angle_to(self.q);
+        if distance < self.distance {
+            (self.angles, self.distance) = (angles, distance);
+        }
+        (self.each)(member);
+    }
+}
+
+/// The angles of three factors that come nearest; every member tried is shown.
+fn triple(factors: [&Factor; 3], q: &Quaternion, each: &mut dyn FnMut(Quaternion)) -> ([f64; 3], f64) {
+    let mut tried = Tried { factors, q, angles: [0.0; 3], distance: f64::INFINITY, each };
+    let (lie, middle) = (Lie::of(factors), factors[1].range);
+    let [one, two] = lie.roots(factors, q);
+    for x in [one, two, lie.phase, lie.phase + PI] {
+        if middle.contains(x) {
+            with_middle(factors, x, q, &mut |angles| tried.push(angles));
+        }
+        if tried.distance <= EXACT {
+            return (tried.angles, tried.distance);
+        }
+    }
+    middle.ends().for_each(|x| with_middle(factors, x, q, &mut |angles| tried.push(angles)));
+    factors[0].range.ends().for_each(|x| with_first(factors, x, q, &mut |angles| tried.push(angles)));
+    factors[2].range.ends().for_each(|x| with_last(factors, x, q, &mut |angles| tried.push(angles)));
+    // Near a singular middle angle the roots have half of the digits: the other two ways of pairing find the rest.
+    for _ in 0..4 {
+        if !(EXACT..NEARLY).contains(&tried.distance) {
+            break;
+        }
+        let angles = tried.angles;
+        with_first(factors, angles[0], q, &mut |angles| tried.push(angles));
+        with_last(factors, angles[2], q, &mut |angles| tried.push(angles));
+        let middle = tried.angles[1];
+        with_middle(factors, middle, q, &mut |angles| tried.push(angles));
+    }
+    (tried.angles, tried.distance)
+}
+
+/// Offers the members of a product that may be the nearest.
+#[inline(never)]
+pub(super) fn offer(factors: &[Factor], q: &Quaternion, best: &mut Best) {
+    match factors {
+        [one] => single(one, q, &mut |x| best.offer(one.turn(x))),
+        [a, b] => pair(a, b, q, &mut |x, y| best.offer(a.turn(x).product(&b.turn(y)))),
+        [a, b, c] => {
+            triple([a, b, c], q, &mut |member| best.offer(member));
+        }
+        _ => many(factors, q, best),
+    }
+}
+
+/// Offers the members of a pair, times a fixed rotation on the right, that may be the nearest to an orientation times the same.
+pub(super) fn offer_times([a, b]: &[Factor; 2], q: &Quaternion, right: &Quaternion, best: &mut Best) {
+    pair(a, b, q, &mut |x, y| best.offer(a.turn(x).product(&b.turn(y)).product(right)));
+}
+
+/// Offers the members on the bounds of a product of three.
+pub(super) fn offer_bounds(factors: [&Factor; 3], q: &Quaternion, best: &mut Best) {
+    let mut push = |angles: [f64; 3]| {
+        let [a, b, c] = factors;
+        best.offer(a.turn(angles[0]).product(&b.turn(angles[1])).product(&c.turn(angles[2])));
+    };
+    factors[0].range.ends().for_each(|x| with_first(factors, x, q, &mut push));
+    factors[1].range.ends().for_each(|x| with_middle(factors, x, q, &mut push));
+    factors[2].range.ends().for_each(|x| with_last(factors, x, q, &mut push));
+}
+
+/// Three neighbours at a time, each time the best of them, from the middle and from corners of the ranges: every step comes nearer.
+fn many(factors: &[Factor], q: &Quaternion, best: &mut Best) {
+    let k = factors.len();
+    let mut angles: Vec<f64> = factors.iter().map(|factor| factor.range.middle()).collect();
+    for start in 0..=CORNERS.min(1 << k) {
+        if start > 0 {
+            let end = |(i, factor): (usize, &Factor)| if (start - 1) >> i & 1 == 1 { factor.range.high } else { factor.range.low };
+            angles.iter_mut().zip(factors.iter().enumerate().map(end)).for_each(|(x, end)| *x = end);
+        }
+        let mut last = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let mut now = last;
+            for i in 0..k - 2 {
+                let (before, after) = (made(&factors[..i], &angles), made(&factors[i + 3..], &angles[i + 3..]));
+                let inner = before.conjugate().product(q).product(&after.conjugate());
+                let window = [&factors[i], &factors[i + 1], &factors[i + 2]];
+                let (found, distance) = triple(window, &inner, &mut |_| {});
+                angles[i..i + 3].copy_from_slice(&found);
+                now = distance;
+            }
+            if now <= EXACT || last - now < GAIN {
+                break;
+            }
+            last = now;
+        }
+        best.offer(made(factors, &angles));
+        if best.distance() <= GAIN {
+            return;
+        }
+    }
+}
