@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from numpy.typing import NDArray
+
 from .._util import F64
 from ..errors import InvalidValueError
 
@@ -11,13 +13,13 @@ from ..errors import InvalidValueError
 class Differences(NamedTuple):
     """Weights of the values at four points that make up a first and a second derivative: arrays of shape (N, 4)."""
 
-    index: np.ndarray
+    points: NDArray[np.intp]
     first: F64
     second: F64
 
     def of(self, q: F64) -> tuple[F64, F64]:
         """Return first and second derivatives of values at the points, shape (N, n) each."""
-        near = q[self.index]
+        near = q[self.points]
         return np.einsum("ij,ijk->ik", self.first, near), np.einsum("ij,ijk->ik", self.second, near)
 
 

@@ -13,7 +13,7 @@ _FREE = 1e3
 
 
 class MotionBounds(NamedTuple):
-    """Largest rates, accelerations and torques of joints, shape (n,) each, which may be infinite; torques with theirs."""
+    """Largest rates, accelerations and, with their function, torques of joints, shape (n,); infinite for none."""
 
     rate: F64
     acceleration: F64 | None
@@ -65,7 +65,8 @@ def least_times(s: F64, q: F64, bounds: MotionBounds, start_speed: float, end_sp
         function, limit = bounds.torque
 
         def torque(at: F64, rate: F64, acceleration: F64) -> F64:
-            return np.asarray(function(at[None], rate[None], acceleration[None]), dtype=np.float64)[0]
+            one: F64 = np.asarray(function(at[None], rate[None], acceleration[None]), dtype=np.float64)[0]
+            return one
 
         friction = np.zeros(len(limit))
         constraints.append(

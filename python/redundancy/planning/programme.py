@@ -172,7 +172,7 @@ def _in_angles(row: Rows, slopes: F64, differences: Differences) -> Any:  # noqa
     """Return slopes in tilt and spin of all points: those of a point and of the neighbours whose differences it has."""
     count = len(slopes)
     total = _at_points(np.einsum("ij,ijk->ik", row.slopes[0], slopes), np.arange(count), count)
-    for k, column in enumerate(differences.index.T):
+    for k, column in enumerate(differences.points.T):
         weight = differences.first[:, k, None] * row.slopes[1] + differences.second[:, k, None] * row.slopes[2]
         total = total + _at_points(np.einsum("ij,ijk->ik", weight, slopes[column]), column, count)
     return total

@@ -167,7 +167,9 @@ class SurfaceRule:
         cross_section: Literal["circle", "square"] = "circle",
         pointing: PointingRule | None = None,
     ) -> None:
-        if (half_size is None) == (radius is None):
+        given = (("half_size", half_size, (2,)), ("radius", radius, ()))
+        extents = [checked(name, value, shape) for name, value, shape in given if value is not None]
+        if len(extents) != 1:
             raise InvalidValueError("half_size and radius: expected one of them")
         if cross_section not in ("circle", "square"):
             raise InvalidValueError(f"cross_section is {cross_section!r}, expected 'circle' or 'square'")
@@ -176,7 +178,7 @@ class SurfaceRule:
         most = 0.25 * np.pi if cross_section == "square" else 0.5 * np.pi
         if not 0.0 < float(checked("tilt", tilt, ())) <= most:
             raise InvalidValueError(f"tilt is {tilt}, expected a number above 0 and at most {most:.6g}")
-        extent = checked("half_size", half_size, (2,)) if radius is None else checked("radius", radius, ())
+        extent = extents[0]
         if not (extent > 0.0).all():
             raise InvalidValueError(f"{'half_size' if radius is None else 'radius'} is {extent}, expected more than 0")
         self.tilt = float(tilt)
