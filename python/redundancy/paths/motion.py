@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from .._util import F64
@@ -40,7 +39,7 @@ def differences(s: F64) -> Differences:
         The weights; zero for a path of one point.
     """
     count = len(s)
-    index = np.clip(np.arange(count)[:, None] + [-1, 0, 1, 2], 0, count - 1)
+    index = np.clip(np.add.outer(np.arange(count), np.arange(-1, 3)), 0, count - 1)
     first, second = np.zeros((count, 4)), np.zeros((count, 4))
     if count > 1:
         _fill(first, second, s, index[1:-1, :3], slice(1, -1))
