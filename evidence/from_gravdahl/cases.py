@@ -24,6 +24,19 @@ SPACING = 1e-3
 CRITERIA = ("tau1", "tau12", "tau_all", "rate1", "rate_all")
 
 
+@dataclass(frozen=True)
+class Cone:
+    """Orientations whose axis is within an angle [rad] of the path's: a volume of free spin in one line."""
+
+    tilt: float
+
+    def signed_distance(self, orientation: F64) -> F64:
+        """Return how far orientations, shape (N, 3, 3), are outside [rad]; negative inside."""
+        across = np.hypot(orientation[:, 0, 2], orientation[:, 1, 2])
+        outside: F64 = np.arctan2(across, orientation[:, 2, 2]) - self.tilt
+        return outside
+
+
 @cache
 def recorded(name: str) -> Any:  # noqa: ANN401
     """Return what a file of ``data/`` holds."""

@@ -6,6 +6,7 @@ from .numbers import core_path
 from .plan import plan, plan_by
 from .result import Plan, Way
 from .speed import Fastest, fastest
+from .tolerance import tilt_and_spin
 from .transfer import Transfer
 
 __all__ = [
@@ -22,4 +23,5 @@ __all__ = [
     "plan",
     "plan_by",
     "redundancy_map",
+    "tilt_and_spin",
 ]

@@ -53,7 +53,7 @@ class Fastest:
     speed : ConstantSpeed
         Its largest constant speed, and by each criterion.
     start_speeds : tuple of float
-        Those of the starts [m/s].
+        Those of the starts [m/s]; 0 for one that leaves the volume or the limits.
     iterations : int
         Linear programmes solved altogether.
     """
@@ -98,8 +98,8 @@ def fastest(
     Tilt and spin relative to the path's frames are cubic splines in its length. With w = 1/v^2 the criteria of
     `constant_speed` are |q'| <= qd_max sqrt(w), |q''| <= qdd_max w and |alpha + w g| <= w tau_max at every point: each
     step minimises w over a linear model of these, of the membership and of the position limits within a trust region
-    (sequential linear programming), and is taken if w falls. The result is a local optimum, never slower than the best
-    start as far as its splines come close to that.
+    (sequential linear programming), and is taken if w falls. The result is a local optimum, and never slower than a
+    start whose orientations are members.
 
     Parameters
     ----------
@@ -148,18 +148,22 @@ def fastest(
     if not starts:
         starts = [plan(robot, path, Task.full(), criterion="motion", limits=limits, progress=False)]
     search = _Search(robot, path, volume, bounds, knots)
-    states = [state for given in starts if (state := search.start(_postures(given, path, robot))) is not None]
-    if not states or not np.isfinite(min(state.w for state in states)):
+    given = [search.given(_postures(start, path, robot)) for start in starts]
+    found, solved = list(given), 0
+    for first in given:
+        fitted = search.fitted(first.q)
+        if fitted is not None:
+            better, programmes = search.improved(fitted, max_iterations)
+            found.append(better)
+            solved += programmes
+    best = min(found, key=lambda state: state.w)
+    if np.isinf(best.w):
         raise InvalidValueError("start: none can be brought into the volume and moved within limits")
-    found = [search.improved(state, max_iterations) for state in states if np.isfinite(state.w)]
-    best = min((state for state, _ in found), key=lambda state: state.w)
     trajectory = _trajectory(robot, path.oriented(search.postures.rotation(best.angles)), best.q)
     speed = constant_speed(
         robot, trajectory, torque, torque_limit=torque_limit, rate=bounds.rate, acceleration=acceleration
     )
-    return Fastest(
-        trajectory, speed, tuple(float(state.w**-0.5) for state in states), sum(solved for _, solved in found)
-    )
+    return Fastest(trajectory, speed, tuple(float(state.w**-0.5) for state in given), solved)
 
 
 def _limits(
@@ -238,12 +242,20 @@ class _Search:
             return None
         return _State(drawn, angles, q, self.limits.demand(self.postures.motion(q)))
 
-    def start(self, q: F64) -> _State | None:
-        """Return the state next to the postures of a trajectory."""
+    def given(self, q: F64) -> _State:
+        """Return postures as they are, with an infinite demand where they leave the volume or their limits."""
+        angles = self.postures.angles(q)
+        allowed = not (q < self.limits.low).any() and not (q > self.limits.high).any()
+        allowed = allowed and bool((self.outside(angles) <= MEMBER).all())
+        return _State(np.empty((0, 3)), angles, q, self.limits.demand(self.postures.motion(q)) if allowed else np.inf)
+
+    def fitted(self, q: F64) -> _State | None:
+        """Return the state next to postures, in the least squares of tilt and spin; None where it has no motion."""
         from scipy.sparse.linalg import spsolve
 
         square = (self.basis.T @ self.basis).tocsc()
-        return self.state(np.asarray(spsolve(square, self.basis.T @ self.postures.angles(q))), q)
+        state = self.state(np.asarray(spsolve(square, self.basis.T @ self.postures.angles(q))), q)
+        return None if state is None or np.isinf(state.w) else state
 
     def _drawn(self, control: F64) -> F64 | None:
         """Draw control values towards no tilt, and if need be towards no spin, until all points are members."""
