@@ -147,9 +147,7 @@ class Scenario:
         return rules
 
     def _tilt(self, shape: Any, pointing: rd.PointingRule | None) -> rd.SurfaceRule:  # noqa: ANN401
-        return rd.SurfaceRule(
-            TILT, half_size=self.half_size, frame=self.frame, cross_section=shape, pointing=pointing
-        )
+        return rd.SurfaceRule(TILT, half_size=self.half_size, frame=self.frame, cross_section=shape, pointing=pointing)
 
     @property
     def best_rule(self) -> str:
@@ -195,4 +193,6 @@ def speeds(robot: rd.Robot, motion: rd.Trajectory) -> dict[str, float]:
     """Return the largest constant speeds of a motion [m/s] by criterion."""
     found = rd.constant_speed(robot, motion, dynamics())
     torque, rate = (found.criteria[name].joint_speed for name in ("torque", "rate"))
-    return dict(zip(CRITERIA, map(float, (torque[0], torque[:2].min(), torque.min(), rate[0], rate.min())), strict=True))
+    return dict(
+        zip(CRITERIA, map(float, (torque[0], torque[:2].min(), torque.min(), rate[0], rate.min())), strict=True)
+    )

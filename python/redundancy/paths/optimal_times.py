@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._util import F64
+from .._util import F64, checked
 from ..errors import InvalidValueError
 from ..robots import TorqueFunction
 
@@ -49,8 +49,8 @@ def least_times(s: F64, q: F64, bounds: MotionBounds, start_speed: float, end_sp
     from toppra.algorithm import TOPPRA
 
     for name, speed in {"start_speed": start_speed, "end_speed": end_speed}.items():
-        if not 0.0 <= speed < np.inf:
-            raise InvalidValueError(f"{name} is {speed}, expected a finite number from 0 up")
+        if checked(name, speed, ()) < 0.0:
+            raise InvalidValueError(f"{name} is {speed}, expected a number from 0 up")
     if len(s) < 2:
         raise InvalidValueError("trajectory has a single point, expected at least 2")
     both = constraint.DiscretizationType.Interpolation

@@ -299,7 +299,7 @@ class Toolpath:
             for the lines or their distance, or the frame is no pose.
         """
         sides = checked("size", size, (2,))
-        for name, value in {"fillet": fillet, "spacing": spacing}.items():
+        for name, value in {"rows": rows, "fillet": fillet, "spacing": spacing}.items():
             checked(name, value, ())
         for name, value in {"size[0]": sides[0], "size[1]": sides[1], "rows": rows, "spacing": spacing}.items():
             if not value > 0.0:
@@ -310,8 +310,8 @@ class Toolpath:
             raise InvalidValueError(f"fillet is {fillet}, expected a number from 0 up")
         if along not in ("x", "y"):
             raise InvalidValueError(f"along is {along!r}, expected 'x' or 'y'")
-        if speed is not None and not 0.0 < speed < np.inf:
-            raise InvalidValueError(f"speed is {speed}, expected a finite number above 0")
+        if speed is not None and not checked("speed", speed, ()) > 0.0:
+            raise InvalidValueError(f"speed is {speed}, expected a number above 0")
         pose = np.eye(4) if frame is None else checked_pose("frame", frame)
         swap = [0, 1] if along == "x" else [1, 0]
         plane, length = points_along(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import plots, robots
 from .._core import PathData, Robot
-from .._util import F64, Joints
+from .._util import F64, Joints, checked
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import TrajectoryColumns, formatted, read_trajectory, write_atomically
 from ..robots import Dynamics, TorqueFunction
@@ -213,8 +213,8 @@ class Trajectory:
         """
         s = length_along(self.path.position)
         if method == "constant":
-            if speed is None or not 0.0 < speed < np.inf:
-                raise InvalidValueError(f"speed is {speed}, expected a finite number above 0")
+            if speed is None or not checked("speed", speed, ()) > 0.0:
+                raise InvalidValueError(f"speed is {speed}, expected a number above 0")
             return self._with_time(s / speed)
         if method != "toppra":
             raise InvalidValueError(f"method is {method!r}, expected 'constant' or 'toppra'")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import ConditionNumber, Robot, Task
-from .._util import F64, axis_angle
+from .._util import F64, axis_angle, checked
 from ..errors import InvalidValueError
 from ..loops import ConstantSpeed, constant_speed
 from ..paths import Toolpath, Trajectory, differences, length_along
@@ -139,8 +139,8 @@ def fastest(
     if robot.n != 6:
         raise InvalidValueError(f"robot has {robot.n} joints, expected 6")
     for name, number in {"knots": knots, "max_iterations": max_iterations}.items():
-        if not 0.0 < number < np.inf:
-            raise InvalidValueError(f"{name} is {number}, expected a finite number above 0")
+        if not checked(name, number, ()) > 0.0:
+            raise InvalidValueError(f"{name} is {number}, expected a number above 0")
     bounds = _limits(robot, torque, torque_limit, rate, acceleration, limits)
     if path.rotation is None:
         path = path.oriented(core_path(path).frames(Task.axisymmetric()))
