@@ -5,19 +5,14 @@ from functools import cache
 import numpy as np
 import redundancy as rd
 
-from evidence.from_gravdahl.cases import TILT, Cone, Scenario, along, dynamics, recorded, scenarios, speeds
+from evidence.from_gravdahl.cases import F64, TILT, Cone, Scenario, along, dynamics, recorded, scenarios, speeds
 
 CONE = Cone(TILT)
 
-PLANNED = {
-    "torques of joints 1 and 2": "tau12",
-    "all torques": "tau_all",
-    "all rates": "rate_all",
-    "all torques and rates": "",
-}
-"""What plans are for, and the recorded criterion of the same meaning."""
+PLANNED = {"torques of joints 1 and 2": "tau12", "all torques and rates": "all"}
+"""What plans are for, and the name of it among the speeds."""
 
-ITERATIONS = 40
+ITERATIONS = 25
 """Linear programmes a start."""
 
 
@@ -40,8 +35,8 @@ def planned(name: str, criterion: str, spacing: float = 1e-3, iterations: int = 
         scenario.robot,
         scenario.path(spacing),
         CONE,
-        torque=None if criterion == "all rates" else dynamics(),
-        torque_limit=None if criterion == "all rates" else limit,
+        torque=dynamics(),
+        torque_limit=limit,
         rate=scenario.robot.qd_max if "rates" in criterion else free,
         start=[scenario.motion(rule, spacing) for rule in starts(scenario)],
         max_iterations=iterations,
@@ -69,3 +64,10 @@ def finer(name: str, criterion: str, spacing: float = 2.5e-4) -> dict[str, float
     share, fine = np.linspace(0.0, 1.0, len(motion)), np.linspace(0.0, 1.0, len(path))
     rotation = RotationSpline(share, Rotation.from_matrix(motion.path.rotation))(fine).as_matrix()
     return speeds(scenario.robot, along(scenario.robot, path.oriented(rotation), motion.q[0]))
+
+
+def frames_of(name: str) -> F64:
+    """Return the orientations of a scenario's path, shape (N, 3, 3)."""
+    frames = scenarios()[name].path().rotation
+    assert frames is not None
+    return frames

@@ -1,5 +1,6 @@
 """The largest constant speed of a path, its times, and the fastest motion within a tolerance."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -94,7 +95,7 @@ def test_speeds_against_bisection() -> None:
     robot, (first, second) = motion.robot, differences(length_along(motion.path.position)).of(motion.q)
     acceleration = np.array([9.0, 9.0, 9.0, 15.0, 15.0, 15.0])
     found = rd.constant_speed(robot, motion, torque, torque_limit=LIMIT, acceleration=acceleration)
-    demands = {
+    demands: dict[str, Callable[[float], F64]] = {
         "rate": lambda v: np.abs(first) * v / robot.qd_max,
         "acceleration": lambda v: np.abs(second) * v**2 / acceleration,
         "torque": lambda v: np.abs(torque(motion.q, first * v, second * v**2)) / LIMIT,
@@ -188,9 +189,9 @@ def test_least_times_keep_the_limits_and_are_never_slower() -> None:
     pytest.importorskip("toppra")
     motion = ur5e()
     robot, acceleration = motion.robot, np.full(6, 12.0)
-    limits = {"torque": torque, "torque_limit": LIMIT, "acceleration": acceleration}
+    limits: dict[str, Any] = {"torque": torque, "torque_limit": LIMIT, "acceleration": acceleration}
     constant = rd.constant_speed(robot, motion, **limits)
-    ends = {"start_speed": 0.98 * constant.speed, "end_speed": 0.98 * constant.speed}
+    ends: dict[str, Any] = {"start_speed": 0.98 * constant.speed, "end_speed": 0.98 * constant.speed}
     best = motion.timed(method="toppra", **limits, **ends)
     assert best.time is not None
     assert best.path.duration is not None
@@ -253,7 +254,7 @@ def test_the_fastest_motion_within_a_tolerance(volume: Cone, limits: dict[str, A
     start = ur5e()
     found = rd.fastest(start.robot, start.path, volume, start=start, max_iterations=8, **limits)
     before = rd.constant_speed(start.robot, start, **limits)
-    assert found.start_speeds == (pytest.approx(before.speed),)
+    assert list(found.start_speeds) == pytest.approx([before.speed])
     assert found.speed.speed > 1.1 * before.speed
     again = rd.constant_speed(start.robot, found.trajectory, **limits)
     assert again.speed == pytest.approx(found.speed.speed)
@@ -262,6 +263,7 @@ def test_the_fastest_motion_within_a_tolerance(volume: Cone, limits: dict[str, A
     relative = start.path.rotation.transpose(0, 2, 1) @ tool[:, :3, :3]
     assert volume.signed_distance(relative).max() <= 1e-9
     np.testing.assert_allclose(tool[:, :3, 3], start.path.position, atol=1e-9)
+    assert found.trajectory.path.rotation is not None
     np.testing.assert_allclose(tool[:, :3, :3], found.trajectory.path.rotation, atol=1e-9)
 
 
@@ -273,15 +275,17 @@ def test_no_step_is_taken_that_does_not_pay() -> None:
 
 def test_bad_tolerances() -> None:
     start = ur5e()
-    for robot, wrong, told in (
+    cases: list[tuple[rd.Robot, dict[str, Any], str]] = [
         (rd.robots.get("planar_3r"), {}, "3 joints, expected 6"),
         (start.robot, {"rate": FREE}, "no limit is finite"),
         (start.robot, {"knots": 0.0}, "knots is 0"),
         (start.robot, {"max_iterations": -1}, "max_iterations is -1"),
         (start.robot, {"start": start.timed(1.0), "path": rd.Toolpath.raster((0.1, 0.1), 2, 0.05, 0.01)}, "postures"),
-    ):
+    ]
+    for robot, wrong, told in cases:
+        arguments: dict[str, Any] = {"start": start, "path": start.path} | wrong
         with pytest.raises(InvalidValueError, match=told):
-            rd.fastest(robot, volume=Cone(0.1), **({"start": start, "path": start.path} | wrong))
+            rd.fastest(robot, volume=Cone(0.1), **arguments)
 
 
 def test_pinocchio_beside_a_pendulum() -> None:
@@ -297,6 +301,10 @@ def test_pinocchio_beside_a_pendulum() -> None:
     expected = (2.0 * 0.3**2 + 0.05) * qdd + 2.0 * 9.81 * 0.3 * np.cos(q)
     np.testing.assert_allclose(dynamics.torque(q, qd, qdd), expected, rtol=1e-12)
     np.testing.assert_allclose(dynamics.torque(q[0], qd[0], qdd[0]), expected[0], rtol=1e-12)
+    in_q, in_rate, mass = dynamics.derivatives(q, qd, qdd)
+    np.testing.assert_allclose(in_q[:, 0], -2.0 * 9.81 * 0.3 * np.sin(q), rtol=1e-12)
+    np.testing.assert_allclose(in_rate, 0.0, atol=1e-12)
+    np.testing.assert_allclose(mass[:, 0], 2.0 * 0.3**2 + 0.05, rtol=1e-12)
     with pytest.raises(ShapeError, match="qdd"):
         dynamics.torque(q, qd, qdd[:3])
     with pytest.raises(NonFiniteError, match="q"):

@@ -1,6 +1,7 @@
 """One linear programme of the search for the fastest motion: how far 1/v^2 can fall within a trust region."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from .._util import F64
 from ..loops import Motion
 from ..paths import Differences
-from ..robots import TorqueFunction
+from ..robots import Derivatives, TorqueFunction
 from .tolerance import STEP
 
 LEAST_SHARE = 0.25
@@ -17,12 +18,16 @@ LEAST_SHARE = 0.25
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What bounds a motion: limits of each joint, infinite where there is none, and the function of torques, if any."""
+    """What bounds a motion: limits of each joint, infinite where there is none; the function of torques, if any.
+
+    ``derivatives`` are those of that function, where they are known.
+    """
 
     rate: F64
     acceleration: F64
     torque: F64
     function: TorqueFunction | None
+    derivatives: Derivatives | None
     low: F64
     high: F64
 
@@ -69,20 +74,13 @@ def rows_of(motion: Motion, limits: MotionLimits, w: float) -> list[Rows]:
 
 
 def _torque_rows(motion: Motion, limits: MotionLimits, torque: TorqueFunction, w: float) -> list[Rows]:
-    """Return the rows |alpha + w g| <= w tau; the derivatives in q' and q'' are exact, as torques are quadratic."""
-    q, qd, qdd = motion.q, motion.first, motion.second
-    zero, n = np.zeros_like(q), motion.q.shape[1]
+    """Return the rows |alpha + w g| <= w tau."""
     alpha, rest = motion.torques(torque)
-    in_q, in_rate, mass = np.empty((3, *q.shape, n))
-    for k, unit in enumerate(np.eye(n)):
-        ahead, behind = q + STEP * unit, q - STEP * unit
-        # alpha + w g, as the torque at the accelerations of speed 1 less g, plus w g.
-        change = [
-            np.asarray(torque(at, qd, qdd)) + (w - 1.0) * np.asarray(torque(at, zero, zero)) for at in (ahead, behind)
-        ]
-        in_q[:, :, k] = (change[0] - change[1]) / (2.0 * STEP)
-        in_rate[:, :, k] = 0.5 * (np.asarray(torque(q, qd + unit, zero)) - np.asarray(torque(q, qd - unit, zero)))
-        mass[:, :, k] = np.asarray(torque(q, zero, zero + unit)) - rest
+    derivatives = limits.derivatives or partial(_by_differences, torque)
+    in_q, in_rate, mass = derivatives(motion.q, motion.first, motion.second)
+    still = np.zeros_like(motion.q)
+    # alpha is the torque at speed 1 less g.
+    in_q = in_q + (w - 1.0) * derivatives(motion.q, still, still)[0]
     rows = []
     for joint in np.flatnonzero(np.isfinite(limits.torque)):
         scale = limits.torque[joint] * w
@@ -91,6 +89,20 @@ def _torque_rows(motion: Motion, limits: MotionLimits, torque: TorqueFunction, w
             factor = (sign * rest[:, joint] - limits.torque[joint]) / scale
             rows.append(Rows(sign * alpha[:, joint] / scale, factor, (slopes[0], slopes[1], slopes[2])))
     return rows
+
+
+def _by_differences(torque: TorqueFunction, q: F64, qd: F64, qdd: F64) -> tuple[F64, F64, F64]:
+    """Return the derivatives of torques: exact in rates, in which these are quadratic, and in accelerations."""
+    in_q, in_rate, mass = np.empty((3, *q.shape, q.shape[1]))
+    for k, unit in enumerate(np.eye(q.shape[1])):
+        for part, step, shift in ((in_q, STEP, (1, 0, 0)), (in_rate, 1.0, (0, 1, 0)), (mass, 1.0, (0, 0, 1))):
+            move = [step * on * unit for on in shift]
+            ahead, behind = (
+                np.asarray(torque(q + sign * move[0], qd + sign * move[1], qdd + sign * move[2]))
+                for sign in (1.0, -1.0)
+            )
+            part[:, :, k] = (ahead - behind) / (2.0 * step)
+    return in_q, in_rate, mass
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ KNOTS = 0.03
 class Volume(Protocol):
     """A set of orientations, as far as it is asked here; `OrientationVolume` is one."""
 
-    def signed_distance(self, orientation: ArrayLike, /) -> Any:  # noqa: ANN401
+    def signed_distance(self, orientation: F64, /) -> Any:  # noqa: ANN401
         """Return how far orientations, shape (N, 3, 3), are outside [rad], shape (N,); negative inside."""
 
 
@@ -181,6 +181,7 @@ def _limits(
         none if acceleration is None else checked_limit("acceleration", acceleration, robot.n),
         most,
         function,
+        getattr(torque, "derivatives", None),
         robot.q_min if position else -none,
         robot.q_max if position else none,
     )

@@ -32,9 +32,10 @@ from ..errors import InvalidValueError, ModelError, UnknownRobotError
 from ..files import Table, parse_toml, write_atomically
 from .cells import on_rail, with_turntable
 from .document import to_document, to_robot
-from .dynamics import Dynamics, PinocchioDynamics, TorqueFunction, checked_limit, torques_of
+from .dynamics import Derivatives, Dynamics, PinocchioDynamics, TorqueFunction, checked_limit, torques_of
 
 __all__ = [
+    "Derivatives",
     "Dynamics",
     "PinocchioDynamics",
     "TorqueFunction",

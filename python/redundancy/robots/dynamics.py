@@ -13,9 +13,16 @@ TorqueFunction: TypeAlias = Callable[[F64, F64, F64], ArrayLike]
 """Gets postures, their rates and accelerations, shape (N, n) each, and returns torques [N m or N], shape (N, n)."""
 
 
+Derivatives: TypeAlias = Callable[[F64, F64, F64], tuple[F64, F64, F64]]
+"""Returns the derivatives of torques in postures, rates and accelerations, shape (N, n, n), rows being torques."""
+
+
 @runtime_checkable
 class Dynamics(Protocol):
-    """A robot's dynamics with the torques that its joints can take; `PinocchioDynamics` is one."""
+    """A robot's dynamics with the torques that its joints can take; `PinocchioDynamics` is one.
+
+    A method ``derivatives``, which only some have, saves `fastest` the differences.
+    """
 
     @property
     def limit(self) -> F64:
@@ -53,6 +60,7 @@ class PinocchioDynamics:
         if model.nq != model.nv:
             raise InvalidValueError(f"model has {model.nq} coordinates for {model.nv} rates, expected as many")
         self._rnea = pinocchio.rnea
+        self._rnea_derivatives = pinocchio.computeRNEADerivatives
         self._model = model.copy()
         self._data = self._model.createData()
         self.limit = checked_limit("limit", model.effortLimit if limit is None else limit, model.nv)
@@ -80,6 +88,24 @@ class PinocchioDynamics:
         rows = zip(*(np.atleast_2d(part) for part in motion), strict=True)
         torques = [np.array(self._rnea(self._model, self._data, *row)) for row in rows]
         return torques[0] if np.ndim(q) == 1 else np.array(torques).reshape(shape)
+
+    def derivatives(self, q: F64, qd: F64, qdd: F64) -> tuple[F64, F64, F64]:
+        """Return the derivatives of the torques in postures, rates and accelerations.
+
+        Parameters
+        ----------
+        q, qd, qdd : ndarray, shape (N, n)
+            As for `torque`.
+
+        Returns
+        -------
+        tuple of ndarray, shape (N, n, n)
+            Rows are torques; the last one is the inertia matrix.
+        """
+        result = np.empty((3, *q.shape, q.shape[1]))
+        for k, motion in enumerate(zip(q, qd, qdd, strict=True)):
+            result[:, k] = self._rnea_derivatives(self._model, self._data, *motion)
+        return result[0], result[1], result[2]
 
 
 def checked_limit(name: str, value: ArrayLike, n: int) -> F64:
