@@ -10,7 +10,7 @@ from redundancy.planning import tilt_and_spin
 from redundancy.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, STYLE, Axes, Figure, mpl, save
 
 from evidence.from_gravdahl.cases import Scenario, dynamics, scenarios
-from evidence.from_gravdahl.runs import by_rule, planned
+from evidence.from_gravdahl.runs import by_rule, frames_of, planned
 
 F64 = NDArray[np.float64]
 
@@ -60,10 +60,9 @@ def _orientations(scenario: Scenario) -> Figure:
     figure = Figure(figsize=(7.0, 6.2), layout="constrained")
     panels = figure.subplots(4, 1, sharex=True)
     for name, motion in motions(scenario).items():
-        frames = scenario.path().rotation
-        assert frames is not None
         assert motion.path.rotation is not None
-        angles = np.rad2deg(tilt_and_spin(frames.transpose(0, 2, 1) @ motion.path.rotation))
+        # The path's frames are the same everywhere.
+        angles = np.rad2deg(tilt_and_spin(frames_of(scenario.name)[0].T @ motion.path.rotation))
         curves = (angles[:, 0], angles[:, 1], np.hypot(angles[:, 0], angles[:, 1]), angles[:, 2])
         along = np.linspace(0.0, motion.path.length, len(motion))
         for panel, curve in zip(panels, curves, strict=True):

@@ -153,7 +153,7 @@ def plans() -> str:
         "best rule",
         "rule of 7 parameters",
         "plan",
-        "at 0.25 mm",
+        "at 0.125 mm",
         "ratio to constant",
     )
     return table((*head, "within 10 deg to 1e-9"), rows)
@@ -161,10 +161,8 @@ def plans() -> str:
 
 def tilt(name: str, motion: rd.Trajectory) -> float:
     """Return the largest tilt of a motion [rad]."""
-    axis = frames_of(name)[:, :, 2]
-    return float(
-        np.arctan2(np.linalg.norm(np.cross(axis, motion.path.axis), axis=1), (axis * motion.path.axis).sum(1)).max()
-    )
+    across = np.linalg.norm(np.cross(frames_of(name)[0, :, 2], motion.path.axis), axis=1)
+    return float(np.arctan2(across, motion.path.axis @ frames_of(name)[0, :, 2]).max())
 
 
 UNCHECKED: tuple[Callable[[], str], ...] = (plans, optimal_times)

@@ -25,7 +25,7 @@ def by_rule(name: str, rule: str) -> tuple[rd.Trajectory, dict[str, float]]:
 
 
 @cache
-def planned(name: str, criterion: str, spacing: float = 1e-3, iterations: int = ITERATIONS) -> rd.Fastest:
+def planned(name: str, criterion: str, spacing: float = 5e-4, iterations: int = ITERATIONS) -> rd.Fastest:
     """Return the fastest motion of a scenario within the cone of 10 deg by a criterion of `PLANNED`."""
     scenario = scenarios()[name]
     limit = np.array(recorded("puma560_dynamics")["torque_limit"])
@@ -54,7 +54,7 @@ def within_cone(scenario: Scenario) -> list[str]:
 
 
 @cache
-def finer(name: str, criterion: str, spacing: float = 2.5e-4) -> dict[str, float]:
+def finer(name: str, criterion: str, spacing: float = 1.25e-4) -> dict[str, float]:
     """Return the speeds of a plan at points that are closer, its orientations joined by a spline of rotations."""
     from scipy.spatial.transform import Rotation, RotationSpline
 
