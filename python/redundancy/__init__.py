@@ -26,6 +26,7 @@ from ._core import (
     LimitBarrier,
     Manipulability,
     Objective,
+    OrientationVolume,
     OrthogonalSQP,
     PosturePull,
     PostureTask,
@@ -89,7 +90,7 @@ from .loops import (
 from .paths import Toolpath, Trajectory
 from .planning import Fastest, Plan, PlanFailure, RedundancyMap, Transfer, fastest, plan, redundancy_map
 from .robots import PinocchioDynamics, on_rail, with_turntable
-from .tasks import PointingRule, SurfaceRule
+from .tasks import PointingRule, SurfaceRule, quaternion
 
 __all__ = [
     "Body",
@@ -113,6 +114,7 @@ __all__ = [
     "ModelError",
     "NonFiniteError",
     "Objective",
+    "OrientationVolume",
     "OrthogonalSQP",
     "PinocchioDynamics",
     "Plan",
@@ -166,6 +168,7 @@ __all__ = [
     "plan",
     "planar_tetrahedron",
     "plots",
+    "quaternion",
     "redundancy_map",
     "rms_length",
     "robots",

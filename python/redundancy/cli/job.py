@@ -20,7 +20,7 @@
     # or: file = "path.csv"
 
     [plan]                               # for ``redundancy plan`` and ``map``; all of it may be left out
-    criterion = "minimax"                # or "integral", "motion"
+    criterion = "minimax"                # or "integral", "motion", "speed"
     smoothness = 1e-3                    # weight of the motion; next to nothing if left out
     joint_weights = [2, 2, 1, 1, 1, 1]   # weights of the joints in the motion; 1 each if left out
     n_angles = 48                        # grid of the search: spins, points of the path, values of each spare joint

@@ -80,7 +80,9 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
     """Return what was minimised; how good that is where the plan is whole."""
     rows: dict[str, str] = {}
     reached = ~np.isnan(planned.value)
-    if planned.criterion != "motion" and reached.any():
+    if planned.criterion == "speed" and planned.failure is None:
+        rows["tool speed"] = f"{1000.0 * planned.speed:.1f} mm/s"
+    if planned.objective is not None and reached.any():
         weights = core_path(planned.path).weights[reached]
         rows[f"worst {objective}"] = f"{planned.value[reached].max():.5f}"
         rows[f"mean {objective}"] = f"{_mean(planned.value[reached], weights):.5f}"

@@ -11,7 +11,7 @@ from .._core import PlanSettings, Robot
 from ..files import Table
 from .pins import PIN_KEYS, read_pins, read_posture
 
-CRITERIA: Final = ("minimax", "integral", "motion")
+CRITERIA: Final = ("minimax", "integral", "motion", "speed")
 KEYS: Final = (
     *(
         "criterion",

@@ -73,9 +73,12 @@ def plan(
         Any: axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
         orientation, axes (an axis of the tool) or rotations (more than that).
     objective : Objective, optional
-        What is minimised. Not needed for the criterion "motion".
-    criterion : {"minimax", "integral", "motion"}
-        The worst value on the path; the mean value; or the integral of the squared joint speed alone.
+        What is minimised. Not needed for the criteria "motion" and "speed".
+    criterion : {"minimax", "integral", "motion", "speed"}
+        The worst value on the path; the mean value; the integral of the squared joint speed alone; or the largest
+        constant speed of the tool by the speed limits ``robot.qd_max``: the largest |dq| / (qd_max ds) of all joints and
+        steps is minimised, 1 / `Plan.speed`. A step without length, on which the tool stands, does not count. Times of
+        the path are not looked at.
     limits : bool
         Whether position limits hold, and speed limits where the path has times.
     smoothness : float, optional
@@ -266,7 +269,7 @@ def plan_by(
         axis_error=found.axis_error,
         status=found.status,
         length=found.length,
-        objective=None if settings.criterion == "motion" else objective,
+        objective=None if settings.criterion in ("motion", "speed") else objective,
         criterion=settings.criterion,
         smoothness=found.smoothness,
         cost=found.cost,

@@ -40,9 +40,10 @@ class Plan(Trajectory):
     Attributes
     ----------
     objective : Objective or None
-        What was minimised; None where it was the motion alone.
+        What was minimised; None where it was the motion alone, or the speed that counts. For "speed" the ``value`` of a
+        point is the time that the tool takes for a metre [s/m] by the joint that is slowest on the steps to and from it.
     criterion : str
-        "minimax", "integral" or "motion".
+        "minimax", "integral", "motion" or "speed".
     smoothness : float
         Weight of the integral of the squared joint speed over the path's share.
     cost : float
@@ -151,12 +152,26 @@ class Plan(Trajectory):
         return speed
 
     @property
+    def speed(self) -> float:
+        """The largest constant speed of the tool at which every joint keeps to its speed limit [m/s].
+
+        By the motion from point to point; steps without length, on which the tool stands, do not count. NaN where a point
+        is not reached.
+        """
+        length = np.linalg.norm(np.diff(self.path.position, axis=0), axis=1)
+        if "unreachable" in self.status or not (length > 0.0).any():
+            return float("nan")
+        share = (np.abs(self.steps) / self.robot.qd_max).max(axis=1)[length > 0.0]
+        slowest = float((share / length[length > 0.0]).max())
+        return 1.0 / slowest if slowest > 0.0 else float("inf")
+
+    @property
     def gap(self) -> float:
         """How far the plan can be from the best there is: worst (or mean) value less the bound.
 
         Infinite where the value is and the bound is not; 0 where both are, as no path is better.
         """
-        if self.criterion == "minimax":
+        if self.criterion in ("minimax", "speed"):
             value = float(np.nanmax(self.value, initial=-np.inf))
         elif np.isposinf(self.value).any():
             value = np.inf

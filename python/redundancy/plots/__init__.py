@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .scan import spin_scan
     from .style import save, saved
     from .tracking import tracking_figure
+    from .volume import orientation_volumes
     from .weights import search_history, weights_along_path
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "MapLine",
     "condition_along_path",
     "joints_against_limits",
+    "orientation_volumes",
     "overview",
     "planar_tetrahedron",
     "posture_3d",
@@ -44,6 +46,7 @@ __all__ = [
 _DRAWN_BY: Final = {
     "condition_along_path": "path",
     "joints_against_limits": "path",
+    "orientation_volumes": "volume",
     "overview": "path",
     "planar_tetrahedron": "posture",
     "posture_3d": "posture",

@@ -5,6 +5,7 @@ mod collision;
 mod design;
 mod errors;
 mod index;
+mod orientation;
 mod plan;
 mod qp;
 mod resolve;
@@ -29,6 +30,11 @@ mod _core {
     use super::design::posture::{characteristic_length, minimum_condition_posture, planar_tetrahedron, rms_length};
     #[pymodule_export]
     use super::index::objective::PyObjective;
+    #[pymodule_export]
+    use super::orientation::{
+        quaternion_about, quaternion_angle, quaternion_axis_angle, quaternion_conjugate, quaternion_from_matrix, quaternion_matrix,
+        quaternion_product, quaternion_rotate,
+    };
     #[pymodule_export]
     use super::plan::failure::PyPlanFailure;
     #[pymodule_export]

@@ -4,114 +4,14 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::array::{for_each_row, ok, read_any, read_vector, shape_of};
+use crate::array::{ok, read_any, read_vector};
 use crate::errors::PyResult;
+use crate::orientation::Orientations;
 use crate::results::NEAREST_ORIENTATION;
-use redundancy::error::{Error, Result, check_finite};
-use redundancy::linalg::frame::Frame;
+use redundancy::error::{Error, Result};
 use redundancy::linalg::quaternion::Quaternion;
 use redundancy::task::OrientationVolume;
 use redundancy::task::volume::Shape;
-
-/// How far from one the length of a caller's quaternion may be; within it, it is scaled to one.
-const LENGTH: f64 = 1e-6;
-
-/// Orientations as they came: quaternions (..., 4), or matrices (..., 3, 3).
-pub struct Orientations {
-    /// Four numbers each.
-    pub numbers: Vec<f64>,
-    lead: Vec<usize>,
-    matrices: bool,
-}
-
-/// A caller's quaternion, of unit length to 1e-6.
-pub fn read_quaternion(name: &str, row: &[f64]) -> Result<Quaternion> {
-    let q = Quaternion([row[0], row[1], row[2], row[3]]);
-    match q.normalized() {
-        Some(unit) if (q.dot(&q).sqrt() - 1.0).abs() <= LENGTH => Ok(unit),
-        _ => Err(Error::value(name, format!("{row:?}"), "a quaternion [w, x, y, z] of length 1 (to 1e-6)")),
-    }
-}
-
-/// A caller's rotation matrix by rows.
-fn read_rotation(name: &str, m: &[f64]) -> Result<Quaternion> {
-    let matrix = [m[0], m[1], m[2], 0.0, m[3], m[4], m[5], 0.0, m[6], m[7], m[8], 0.0, 0.0, 0.0, 0.0, 1.0];
-    Ok(Quaternion::from_axes(&Frame::from_matrix(name, &matrix)?.axes))
-}
-
-impl Orientations {
-    /// Reads quaternions or matrices of any leading shape.
-    pub fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let (given, shape) = read_any(name, value)?;
-        ok(check_finite(name, &given))?;
-        let (lead, size, matrices) = match &shape[..] {
-            [lead @ .., 3, 3] => (lead, 9, true),
-            [lead @ .., 4] => (lead, 4, false),
-            _ => return Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(..., 4) or (..., 3, 3)".into() }.into()),
-        };
-        let mut numbers = Vec::with_capacity(given.len() / size * 4);
-        for (i, row) in given.chunks_exact(size).enumerate() {
-            let read = |name: &str| if matrices { read_rotation(name, row) } else { read_quaternion(name, row) };
-            // A name is made for the one that is refused alone.
-            let q = read(name).or_else(|error| if lead.is_empty() { Err(error) } else { read(&format!("{name}[{i}]")) });
-            numbers.extend(ok(q)?.0);
-        }
-        Ok(Self { numbers, lead: lead.to_vec(), matrices })
-    }
-
-    /// One orientation.
-    pub fn one(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Quaternion> {
-        let read = Self::read(name, value)?;
-        match <[f64; 4]>::try_from(&read.numbers[..]) {
-            Ok(q) if read.lead.is_empty() => Ok(Quaternion(q)),
-            _ => Err(Error::Shape {
-                name: name.into(),
-                got: format!("{} orientations", read.numbers.len() / 4),
-                expected: "(4,) or (3, 3)".into(),
-            }
-            .into()),
-        }
-    }
-
-    /// A kernel's `cell` numbers of each, on every core when there are many.
-    pub fn map(&self, py: Python<'_>, cell: usize, kernel: impl Fn(&Quaternion, &mut [f64]) + Sync) -> Vec<f64> {
-        let mut out = vec![0.0; self.numbers.len() / 4 * cell];
-        py.detach(|| for_each_row(&self.numbers, 4, &mut out, cell, |q, out| kernel(&Quaternion([q[0], q[1], q[2], q[3]]), out)));
-        out
-    }
-
-    /// An array of `cell` numbers an orientation; a number alone if there is one of each.
-    pub fn array<'py>(&self, py: Python<'py>, numbers: &[f64], cell: &[usize]) -> PyResult<Bound<'py, PyAny>> {
-        if let ([number], true) = (numbers, cell.is_empty() && self.lead.is_empty()) {
-            return Ok(number.into_pyobject(py)?.into_any());
-        }
-        Ok(PyArray1::from_slice(py, numbers).reshape([&self.lead[..], cell].concat())?.into_any())
-    }
-
-    /// Flags, one an orientation.
-    fn flags<'py>(&self, py: Python<'py>, numbers: &[f64]) -> PyResult<Bound<'py, PyAny>> {
-        let flags: Vec<bool> = numbers.iter().map(|x| *x != 0.0).collect();
-        if let ([flag], true) = (&flags[..], self.lead.is_empty()) {
-            return Ok(flag.into_pyobject(py)?.to_owned().into_any());
-        }
-        Ok(PyArray1::from_vec(py, flags).reshape(self.lead.clone())?.into_any())
-    }
-
-    /// Orientations in the form in which these came.
-    pub fn same_form<'py>(&self, py: Python<'py>, numbers: &[f64]) -> PyResult<Bound<'py, PyAny>> {
-        if self.matrices { self.array(py, &matrices(numbers), &[3, 3]) } else { self.array(py, numbers, &[4]) }
-    }
-}
-
-/// Rotation matrices by rows.
-pub fn matrices(quaternions: &[f64]) -> Vec<f64> {
-    let mut out = Vec::with_capacity(quaternions.len() / 4 * 9);
-    for q in quaternions.chunks_exact(4) {
-        let axes = Quaternion([q[0], q[1], q[2], q[3]]).axes();
-        out.extend((0..9).map(|k| axes[k % 3][k / 3]));
-    }
-    out
-}
 
 /// A range of spins: a pair, or one number for plus and minus that.
 fn read_spin(spin: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
@@ -390,6 +290,51 @@ impl PyVolume {
         Ok(PyTuple::new(py, [values, asked.array(py, &gradients, &[3])?])?.into_any())
     }
 
+    /// Where the tool's axis points and how far the tool is spun about it, both seen in the volume's frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// R : array_like, shape (..., 4) or (..., 3, 3)
+    ///     Orientations.
+    ///
+    /// Returns
+    /// -------
+    /// direction : ndarray, shape (..., 3)
+    ///     z', unit vectors.
+    /// spin : float or ndarray, shape (...)
+    ///     Of pyramids and lines the last angle of Qx(a) Qy(b) Qz(c), of the rest the twist about z [rad], -pi to pi; 0 where undefined.
+    #[allow(non_snake_case)]
+    fn pointing<'py>(&self, py: Python<'py>, R: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+        let asked = Orientations::read("R", R)?;
+        let found = asked.map(py, 4, |q, out| {
+            let (direction, spin) = self.volume.pointing(q);
+            out[..3].copy_from_slice(&direction);
+            out[3] = spin;
+        });
+        let directions: Vec<f64> = found.chunks_exact(4).flat_map(|row| row[..3].to_vec()).collect();
+        let spins: Vec<f64> = found.chunks_exact(4).map(|row| row[3]).collect();
+        Ok(PyTuple::new(py, [asked.array(py, &directions, &[3])?, asked.array(py, &spins, &[])?])?)
+    }
+
+    /// The visualising quaternions Q_s Q_z Q_s* = [cos(spin/2), sin(spin/2) z'] (From and Gravdahl 2007, eq. 8 and 10).
+    ///
+    /// Parameters
+    /// ----------
+    /// R : array_like, shape (..., 4) or (..., 3, 3)
+    ///     Orientations.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (..., 4)
+    ///     Their vector parts v lie in the unit ball, along z', as long as |sin(spin/2)|. (8) reads the spin from the length and so loses its sign:
+    ///     it is 2 atan2(v . z', w). Several orientations share one: (z', spin) and (-z', -spin), and every direction without spin.
+    #[allow(non_snake_case)]
+    fn visualising<'py>(&self, py: Python<'py>, R: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let asked = Orientations::read("R", R)?;
+        let found = asked.map(py, 4, |q, out| out.copy_from_slice(&self.volume.visualising(q).0));
+        asked.array(py, &found, &[4])
+    }
+
     /// Random members, the same for the same seed.
     ///
     /// Parameters
@@ -426,6 +371,24 @@ impl PyVolume {
         let numbers: Vec<f64> = self.volume.grid(tilts, headings, spins).iter().flat_map(|member| member.orientation.0).collect();
         let count = numbers.len() / 4;
         Ok(PyArray1::from_vec(py, numbers).reshape([count, 4])?.into_any())
+    }
+
+    /// A picture: the members' quaternions, their visualising quaternions, and where they point with the spin as colour.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path-like, optional
+    ///     Where to save it as well; the ending (``.png``, ``.svg``, ``.pdf``) tells the format.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    ///     What `redundancy.plots.orientation_volumes` draws; needs matplotlib.
+    #[pyo3(signature = (path=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, path: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        let plots = slf.py().import("redundancy.plots")?;
+        let figure = plots.getattr("orientation_volumes")?.call1((slf,))?;
+        Ok(plots.getattr("saved")?.call1((figure, path))?)
     }
 
     /// "cone", "pyramid", "square", "line_x", "line_y" or "product".

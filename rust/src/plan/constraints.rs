@@ -2,6 +2,7 @@
 
 use super::graph::Criterion;
 use super::problem::PathProblem;
+use crate::task::volume::{Side, Sides};
 
 /// Where the common variables stand, beside the postures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +24,12 @@ pub enum Kind {
     Motion,
     /// The tool's spin.
     Spin,
+    /// A bound of a volume of orientations, whose number takes the place of the joint's.
+    Side,
     /// The objective's value, by the ceiling.
     Value,
+    /// The motion of a joint from a point to the next, by the ceiling: the time that the tool takes for a metre.
+    Pace,
     /// The widening itself, by 0.
     Widening,
 }
@@ -73,6 +78,9 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
             push(Kind::Spin, point, 0, 1.0, spin.range.1);
             push(Kind::Spin, point, 0, -1.0, -spin.range.0);
         }
+        if problem.pins.posture(point).is_none() {
+            (0..problem.room.len()).for_each(|side| push(Kind::Side, point, side, -1.0, 0.0));
+        }
         if problem.criterion == Criterion::Minimax && problem.objective.is_some() {
             push(Kind::Value, point, 0, 1.0, 0.0);
         }
@@ -81,6 +89,10 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
         for joint in 0..n {
             push(Kind::Motion, edge, joint, 1.0, problem.bounds[edge * n + joint]);
             push(Kind::Motion, edge, joint, -1.0, problem.bounds[edge * n + joint]);
+            if let Some(pace) = &problem.pace {
+                push(Kind::Pace, edge, joint, 1.0, pace[edge * n + joint]);
+                push(Kind::Pace, edge, joint, -1.0, pace[edge * n + joint]);
+            }
         }
     }
     if widened {
@@ -90,9 +102,9 @@ pub fn constraints(problem: &PathProblem, widened: bool) -> Vec<Constraint> {
 }
 
 impl Constraint {
-    /// Slack at postures with their values.
+    /// Slack at postures with their values and the bounds of their volumes.
     #[inline(always)]
-    pub fn slack<const C: usize>(&self, problem: &PathProblem, q: &[[f64; C]], values: &[f64], common: &Common) -> f64 {
+    pub fn slack<const C: usize>(&self, problem: &PathProblem, q: &[[f64; C]], values: &[f64], sides: &[Sides], common: &Common) -> f64 {
         match self.kind {
             Kind::Position => self.bound - self.sign * q[self.point][self.joint] + common.widening,
             Kind::Combination => {
@@ -100,7 +112,9 @@ impl Constraint {
             }
             Kind::Motion => self.bound * (1.0 + common.widening) - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Spin => self.bound - self.sign * problem.spin(self.point, &q[self.point]) + common.widening,
+            Kind::Side => self.bound + side(&sides[self.point], self.joint).slack + common.widening,
             Kind::Value => common.ceiling - values[self.point],
+            Kind::Pace => self.bound * common.ceiling - self.sign * problem.motion(q, self.point, self.joint),
             Kind::Widening => common.widening,
         }
     }
@@ -109,9 +123,15 @@ impl Constraint {
     #[inline(always)]
     pub fn widening_slope(&self) -> f64 {
         match self.kind {
-            Kind::Position | Kind::Combination | Kind::Spin | Kind::Widening => 1.0,
+            Kind::Position | Kind::Combination | Kind::Spin | Kind::Side | Kind::Widening => 1.0,
             Kind::Motion => self.bound,
-            Kind::Value => 0.0,
+            Kind::Value | Kind::Pace => 0.0,
         }
     }
+}
+
+/// One of the bounds of a volume: where there are fewer than usual, beyond a horizon, the last stands for the rest.
+pub fn side(sides: &Sides, number: usize) -> &Side {
+    let all = sides.as_slice();
+    &all[number.min(all.len() - 1)]
 }

@@ -235,6 +235,7 @@ fn with_advice(problem: &PathProblem, settings: &PlanSettings, plan: &Plan, fail
             let others = in_the_way(problem, settings, plan, failure.point);
             format!("a path with more points or a larger max_step may help{others}")
         }
+        FailureCause::Volume => "no orientation within it leads along the path there: a wider one may help".into(),
         FailureCause::SpinRange => "no spin within it leads along the path there: a wider one may help".into(),
         FailureCause::NoWay => {
             "it has postures, but no branch leads there from the points before: a finer grid (n_angles, n_spare) may help".into()

@@ -25,6 +25,8 @@ pub enum FailureCause {
     EdgeCost,
     /// The tool would have to spin beyond its range.
     SpinRange,
+    /// The tool would have to leave the volume of its orientations.
+    Volume,
     /// The point has postures, but no branch leads there from the points before.
     NoWay,
     /// The last posture is not the first one.
@@ -33,7 +35,7 @@ pub enum FailureCause {
 
 impl FailureCause {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Unreachable,
         Self::JointLimit,
         Self::Singular,
@@ -42,6 +44,7 @@ impl FailureCause {
         Self::StepLimit,
         Self::EdgeCost,
         Self::SpinRange,
+        Self::Volume,
         Self::NoWay,
         Self::NotClosed,
     ];
@@ -57,6 +60,7 @@ impl FailureCause {
             Self::StepLimit => "step limit",
             Self::EdgeCost => "edge cost",
             Self::SpinRange => "spin range",
+            Self::Volume => "orientation volume",
             Self::NoWay => "no way",
             Self::NotClosed => "not closed",
         }
@@ -72,6 +76,7 @@ impl FailureCause {
         match self {
             Self::NoWay => "; it has postures, but no branch leads there from the points before",
             Self::EdgeCost => "; it is infinite for every step there from the point before",
+            Self::Volume => "; no orientation within it leads along the path there",
             Self::SpinRange => "; no spin within it leads along the path there",
             Self::NotClosed => "; its posture is not that of the first point",
             _ => "",

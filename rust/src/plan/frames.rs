@@ -2,15 +2,18 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::members::is_axial;
 use super::numbers::{linspace, three_digits};
 use super::path::{Orientation, Path, no_rotations};
 use crate::error::{Error, Result};
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
+use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use crate::linalg::with_capacity;
 use crate::robot::Robot;
 use crate::task::Task;
+use crate::task::volume::OrientationVolume;
 
 /// Two points of a path this near [m], with axes whose cosine is this near to 1, are one.
 const SAME: f64 = 1e-9;
@@ -108,6 +111,35 @@ pub fn spin(frame: &Frame, tool: &Frame, axis: Vec3) -> f64 {
     let turned = tool.axes.map(|axis| frame.unrotate(axis));
     let skew = [turned[1][2] - turned[2][1], turned[2][0] - turned[0][2], turned[0][1] - turned[1][0]];
     dot(skew, axis).atan2(turned[0][0] + turned[1][1] + turned[2][2] - 1.0)
+}
+
+/// How far a tool is outside a volume seen in a frame \[rad\]; 0 inside.
+pub(super) fn outside(volume: &OrientationVolume, frame: &Frame, tool: &Frame) -> f64 {
+    volume.signed_distance(&Quaternion::from_axes(&tool.axes.map(|axis| frame.unrotate(axis)))).max(0.0)
+}
+
+/// Tilt of a tool's z axis from that of a frame, its heading from x to y of the frame, and the twist about z \[rad\].
+pub fn tilt_heading_twist(frame: &Frame, tool: &Frame) -> [f64; 3] {
+    let [x, y, z] = tool.axes.map(|axis| frame.unrotate(axis));
+    [z[0].hypot(z[1]).atan2(z[2]), z[1].atan2(z[0]), (x[1] - y[0]).atan2(x[0] + y[1])]
+}
+
+/// The frames in which a volume is seen, one a point: the path's rotations; without them those of spin 0, where the volume looks at an axis alone.
+///
+/// # Errors
+/// [`Error`] if the rotations that the volume needs are missing, or a closed path does not end where it starts.
+pub fn volume_frames(path: &Path, volume: &OrientationVolume, closed: bool) -> Result<Vec<Frame>> {
+    if path.rotation().is_none() && !is_axial(volume) {
+        return Err(Error::value("path", "one that has no rotations", "some for a volume that looks at more than the tool's axis"));
+    }
+    let task = if path.rotation().is_some() { Task::POSITION } else { Task::axisymmetric([0.0, 0.0, 1.0])? };
+    let frames = spin_frames(path, &task, closed)?;
+    let (first, last) = (frames[0], frames[frames.len() - 1]);
+    if closed && (0..3).any(|i| dot(first.axes[i], last.axes[i]) < 1.0 - SAME) {
+        let given = "True, but the last point of the path is not the first";
+        return Err(Error::value("closed", given, "a path that ends where it starts"));
+    }
+    Ok(frames)
 }
 
 /// The tool frames of postures, n joints a row.

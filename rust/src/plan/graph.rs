@@ -13,6 +13,9 @@ use crate::robot::{AT_LIMIT, Limits};
 
 /// Layers with fewer edges than this are searched on one core.
 const PARALLEL: usize = 100_000;
+/// A ceiling must not close the step that it comes from by rounding.
+const WITHIN: f64 = 1.0 + 1e-12;
+
 /// What is minimised over a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
@@ -55,6 +58,9 @@ pub struct Graph {
     pub steps: Vec<f64>,
     /// Largest motions from each layer to the next [rad or m], n a layer.
     pub bounds: Vec<f64>,
+    /// How far joints move from each layer to the next while the tool takes a second for a metre [rad or m], n a layer: where the time of the slowest step counts
+    /// (minimax).
+    pub pace: Option<Vec<f64>>,
     /// The caller's own costs of steps.
     pub edges: Option<EdgeCosts>,
 }
@@ -201,6 +207,11 @@ impl Graph {
 
     /// What the best route to every cell costs, layer by layer as far as there is a way.
     pub(super) fn labels(&self, search: &Search, ends: Option<&[bool]>, ceiling: Option<f64>) -> Vec<Labels> {
+        if let (Some(pace), Some(most)) = (&self.pace, ceiling) {
+            // No step may be slower than the ceiling: that bounds the motion on it.
+            let bounds = self.bounds.iter().zip(pace).map(|(bound, pace)| bound.min(most * pace * WITHIN)).collect();
+            return Self { bounds, pace: None, ..self.clone() }.labels(search, ends, ceiling);
+        }
         let last = self.layers() - 1;
         let allowed = |layer: usize, cell: usize| {
             self.open(layer, cell)
@@ -257,6 +268,7 @@ impl Graph {
             weights: turned(&self.weights, 1),
             steps: turned(&self.steps, 1),
             bounds: turned(&self.bounds, self.n),
+            pace: self.pace.as_ref().map(|pace| turned(pace, self.n)),
             wide: self.wide.clone(),
             near: self.near.clone(),
             joint_weights: self.joint_weights.clone(),
@@ -291,7 +303,7 @@ impl Graph {
             if let Some(square) = self.motion(self.posture(layer - 1, from), to, bounds, largest) {
                 let edge = self.edges.as_ref().map_or(0.0, |edges| edges.cost(layer, from, cell, self.copies));
                 let cost = match search.criterion {
-                    Criterion::Minimax if edge.is_finite() => before[from].max(own),
+                    Criterion::Minimax if edge.is_finite() => before[from].max(own).max(self.slowness(layer, from, to)),
                     Criterion::Minimax => f64::INFINITY,
                     Criterion::Integral => before[from] + own + factor * square + edge,
                 };
@@ -349,6 +361,13 @@ impl Graph {
         }
     }
 
+    /// The time that the tool takes for a metre \[s\] on a step into a posture of a layer, by the joint that is slowest; 0 where that does not count.
+    #[inline(always)]
+    fn slowness(&self, layer: usize, from: usize, to: &[f64]) -> f64 {
+        let Some(pace) = &self.pace else { return 0.0 };
+        self.excess(self.posture(layer - 1, from), to, &pace[(layer - 1) * self.n..layer * self.n], f64::INFINITY).excess
+    }
+
     /// Why no cell of `layer` is reached from the one before: the joint in the way, at the step that asks least; `None` when no branch leads on.
     pub fn blockage(&self, search: &Search, layer: usize, reached: &[bool]) -> Option<Blockage> {
         let bounds = &self.bounds[(layer - 1) * self.n..layer * self.n];
@@ -357,7 +376,8 @@ impl Graph {
             let to = self.posture(layer, cell);
             self.each_neighbour(search, cell, |start| {
                 for from in (start..start + self.branches).filter(|&from| reached[from]) {
-                    let worst = self.excess(self.posture(layer - 1, from), to, bounds);
+                    // Without a bound of its own a joint still may not jump.
+                    let worst = self.excess(self.posture(layer - 1, from), to, bounds, PI);
                     if best.is_none_or(|b| worst.excess < b.excess) {
                         best = Some(worst);
                     }
@@ -378,6 +398,7 @@ impl Graph {
             weights: again(&self.weights, 1),
             steps: again(&self.steps, 0),
             bounds: again(&self.bounds, 0),
+            pace: self.pace.as_ref().map(|pace| again(pace, 0)),
             wide: self.wide.clone(),
             near: self.near.clone(),
             joint_weights: self.joint_weights.clone(),
@@ -386,16 +407,15 @@ impl Graph {
         }
     }
 
-    /// The joint of a motion that exceeds its bound most.
-    fn excess(&self, from: &[f64], to: &[f64], bounds: &[f64]) -> Blockage {
+    /// The joint of a motion that exceeds its bound, `most` at most, most.
+    fn excess(&self, from: &[f64], to: &[f64], bounds: &[f64], most: f64) -> Blockage {
         let mut worst = Blockage { joint: 0, excess: 0.0 };
         for i in 0..self.n {
             let mut apart = (to[i] - from[i]).abs();
             if self.wide[i] {
                 apart -= TAU * (apart / TAU).round();
             }
-            // Without a bound of its own a joint still may not jump.
-            let excess = apart.abs() / bounds[i].min(PI);
+            let excess = apart.abs() / bounds[i].min(most);
             if excess > worst.excess {
                 worst = Blockage { joint: i, excess };
             }

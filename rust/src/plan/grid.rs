@@ -116,6 +116,12 @@ impl SpareGrid {
         Self { values: rows(&self.ranges, &self.around, &counts), counts, ..self.clone() }
     }
 
+    /// The same with half as many values of every joint, where there are tilts beside them.
+    pub fn coarser(&self) -> Self {
+        let counts: Vec<usize> = self.counts.iter().map(|count| count.div_ceil(2)).collect();
+        Self { values: rows(&self.ranges, &self.around, &counts), counts, ..self.clone() }
+    }
+
     /// The rows that a path may come from to get to each: in every joint an eighth of its values to either side, at least one.
     pub fn neighbours(&self) -> Vec<Vec<usize>> {
         let mut all = vec![vec![0]];

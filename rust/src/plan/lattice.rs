@@ -11,13 +11,13 @@ use super::continued::continued;
 use super::failure::{Limited, farthest_beyond};
 use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
+use super::members::Members;
 use super::spare::cell_task;
 use crate::error::{Error, Result};
 use crate::index::Objective;
 use crate::inverse::{MAX_SOLUTIONS, Solutions, TaskInverse};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::Vec3;
 use crate::robot::{AT_LIMIT, Robot};
 use crate::task::Task;
 
@@ -89,9 +89,7 @@ struct Slice {
 pub struct Lattice {
     robot: Arc<Robot>,
     frames: Arc<[Frame]>,
-    axis: Vec3,
-    angles: Vec<f64>,
-    turns: Vec<Frame>,
+    members: Members,
     slices: Vec<Slice>,
     near: Arc<[Vec<usize>]>,
     /// The slices, each beside the one before it.
@@ -111,13 +109,12 @@ impl Cause {
 }
 
 impl Lattice {
-    /// `frames` are those of the tool at spin 0, one a point; where the spare grid says that it spins, the tool may turn by `angles` about the task's
-    /// axis. The joints to spare are held at each of their values in turn.
+    /// `frames` are those of the tool at spin 0, one a point, from which it may be turned as the `members` are. The joints to spare are held at each of their values in turn.
     pub fn new(
         robot: Arc<Robot>,
         frames: Arc<[Frame]>,
         task: &Task,
-        angles: &[f64],
+        members: Members,
         spare: &SpareGrid,
         objective: Option<Objective>,
         limits: bool,
@@ -125,7 +122,7 @@ impl Lattice {
         if let Some(objective) = &objective {
             objective.check(&robot)?;
         }
-        if frames.is_empty() || angles.is_empty() || spare.values.is_empty() {
+        if frames.is_empty() || members.turns.is_empty() || spare.values.is_empty() {
             return Err(Error::value("path", "empty", "at least one point, one angle and one value of the spare joints"));
         }
         let moving: Vec<usize> = (0..robot.n()).filter(|i| !spare.joints.contains(i)).collect();
@@ -137,19 +134,15 @@ impl Lattice {
                 Slice::new(&robot, held, moving.clone(), cell_task(spare.spins, task))
             })
             .collect::<Result<Vec<Slice>>>()?;
-        let axis = task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
-        let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
         let inverses = || slices.iter().filter_map(|slice| slice.inverse.as_ref());
         let branches = if inverses().all(TaskInverse::has_branches) { 8 } else { MAX_SOLUTIONS };
         let searched = inverses().any(|inverse| inverse.structure().is_none());
         Ok(Self {
             robot,
             frames,
-            axis,
-            angles: angles.to_vec(),
-            turns,
+            near: together(&spare.neighbours(), &members.near).into(),
+            members,
             slices,
-            near: spare.neighbours().into(),
             order: spare.order(),
             searched,
             objective,
@@ -171,20 +164,25 @@ impl Lattice {
 
     /// A spin of the grid \[rad\].
     pub(super) fn spin(&self, angle: usize) -> f64 {
-        self.angles[angle]
+        self.members.angles[angle]
     }
 
     /// Spin angles of the grid.
     pub fn angles(&self) -> usize {
-        self.turns.len()
+        self.members.angles.len()
     }
 
-    /// Values of the spare joints.
+    /// Tilts of the grid.
+    pub fn tilts(&self) -> usize {
+        self.members.tilts()
+    }
+
+    /// Values of the spare joints, each with all tilts.
     pub fn slices(&self) -> usize {
-        self.slices.len()
+        self.slices.len() * self.members.tilts()
     }
 
-    /// Of each value of the spare joints, those from which it may be reached.
+    /// Of each of them, those from which it may be reached.
     pub(super) fn near(&self) -> &Arc<[Vec<usize>]> {
         &self.near
     }
@@ -216,9 +214,9 @@ impl Lattice {
         self.branches < MAX_SOLUTIONS
     }
 
-    /// Cells of one point: spare values by angles by branches.
+    /// Cells of one point: spare values by tilts by angles by branches.
     pub fn cells(&self) -> usize {
-        self.slices.len() * self.turns.len() * self.branches
+        self.slices.len() * self.members.turns.len() * self.branches
     }
 
     /// Postures (NaN where there are none), values and causes of some points, as the outputs take them, on every core.
@@ -302,7 +300,7 @@ impl Lattice {
     /// Postures and values of the open cells of point `i` at a spin of its own, on a branch, with nothing to spare.
     pub(super) fn spun(&self, i: usize, spin: f64, branch: usize) -> Option<(Vec<f64>, f64)> {
         let slice = &self.slices[0];
-        let found = slice.inverse.as_ref()?.solve(&self.frames[i].compose(&Frame::rotation(self.axis, spin)));
+        let found = slice.inverse.as_ref()?.solve(&self.frames[i].compose(&Frame::rotation(self.members.axis, spin)));
         let k = (0..found.count).find(|&k| usize::from(found.branch[k]) == branch && !found.singular[k])?;
         let mut row = vec![0.0; self.robot.n()];
         slice.expand(&found, k, &mut row);
@@ -319,13 +317,13 @@ impl Lattice {
 
     /// One point.
     fn point(&self, i: usize, q: &mut [f64], value: &mut [f64], cause: &mut [u8]) {
-        let (n, b, a) = (self.robot.n(), self.branches, self.turns.len());
+        let (n, b, a) = (self.robot.n(), self.branches, self.members.turns.len());
         cause.fill(Cause::Unreachable as u8);
         value.fill(f64::NAN);
         let mut feasible = Vec::with_capacity(value.len());
         let continued = self.searched.then(|| self.continued(i));
         for (s, slice) in self.slices.iter().enumerate() {
-            for (j, turn) in self.turns.iter().enumerate() {
+            for (j, turn) in self.members.turns.iter().enumerate() {
                 let found = match &continued {
                     Some(all) => all[s * a + j],
                     None => slice.solve(&self.frames[i].compose(turn)),
@@ -355,10 +353,10 @@ impl Lattice {
 
     /// The solutions of all cells of a point, by Newton from cell to cell.
     fn continued(&self, i: usize) -> Vec<Solutions> {
-        let (a, frame) = (self.turns.len(), &self.frames[i]);
+        let (a, frame) = (self.members.turns.len(), &self.frames[i]);
         let solve = |cell: usize, starts: &[f64], random: usize| {
             let inverse = self.slices[cell / a].inverse.as_ref();
-            inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.turns[cell % a]), starts, random))
+            inverse.map_or(Solutions::NONE, |inverse| inverse.near(&frame.compose(&self.members.turns[cell % a]), starts, random))
         };
         let angle = |k: usize, j: usize| if k.is_multiple_of(2) { j } else { a - 1 - j };
         let order: Vec<usize> = self.order.iter().enumerate().flat_map(|(k, slice)| (0..a).map(move |j| slice * a + angle(k, j))).collect();
@@ -388,7 +386,7 @@ impl Lattice {
     fn sort_branches(&self, q: &mut [f64], cause: &mut [u8], feasible: &mut Vec<usize>) {
         let (n, b) = (self.robot.n(), self.branches);
         let none = Cause::Unreachable as u8;
-        for sample in 1..self.turns.len() * self.slices.len() {
+        for sample in 1..self.members.turns.len() * self.slices.len() {
             let (before, now) = ((sample - 1) * b, sample * b);
             let (old, new) = q[before * n..(now + b) * n].split_at_mut(b * n);
             let (rows, causes) = (new.to_vec(), cause[now..now + b].to_vec());
@@ -433,7 +431,7 @@ impl Lattice {
         let mut best: Option<(Limited, f64)> = None;
         let mut row = [0.0; MAX_JOINTS];
         for slice in &self.slices {
-            for turn in &self.turns {
+            for turn in &self.members.turns {
                 let found = slice.solve(&self.frames[i].compose(turn));
                 for k in 0..found.count {
                     let row = &mut row[..self.robot.n()];
@@ -474,6 +472,12 @@ impl Slice {
             row[*joint] = x;
         }
     }
+}
+
+/// Of each place of spare joints and each tilt, in every combination, those next to it.
+fn together(places: &[Vec<usize>], tilts: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let one = |place: &Vec<usize>, tilt: &Vec<usize>| place.iter().flat_map(|p| tilt.iter().map(move |t| p * tilts.len() + t)).collect();
+    places.iter().flat_map(|place| tilts.iter().map(move |tilt| one(place, tilt))).collect()
 }
 
 /// Whether a value is none of a singularity, where it is infinite but for rounding.

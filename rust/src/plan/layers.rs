@@ -9,10 +9,11 @@ use super::bound::{distinct, least_value};
 use super::edges::EdgeTable;
 use super::failure::Limited;
 use super::floors::{Bottleneck, Floors, least_between};
-use super::graph::{Blockage, Graph, Search};
-use super::grid::{SpareGrid, angle_grid};
+use super::graph::{Blockage, Criterion, Graph, Search};
+use super::grid::SpareGrid;
 use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cause, Cells, Lattice, wide_joints};
+use super::members::Members;
 use super::numbers::{interpolated, sum};
 use super::path::point_weights;
 use super::pins::held_cells;
@@ -71,6 +72,8 @@ pub(super) struct Layers<'a> {
     settings: &'a PlanSettings,
     lattice: Lattice,
     spin_step: f64,
+    /// Whether spins go round.
+    around: bool,
     cells: HashMap<usize, Cells>,
     /// The points in the order in which they came.
     order: Vec<usize>,
@@ -89,17 +92,33 @@ pub(super) struct Layers<'a> {
 impl<'a> Layers<'a> {
     /// None yet; over a grid of `finer` times as many spins as the settings say.
     pub fn new(problem: &'a PathProblem, settings: &'a PlanSettings, spare: &'a SpareGrid, finer: usize) -> Result<Self, Error> {
-        let angles = angle_grid(spare.spins, settings.n_angles * finer, settings.spin_range)?;
-        let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
-        let lattice = Lattice::new(robot, frames, &problem.asked, &angles, &spare.finer(finer), objective, problem.limits)?;
+        let axis = problem.asked.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
+        let members = Members::of(problem.volume.as_ref(), axis, spare.spins, finer, settings)?;
+        let (angles, around) = (&members.angles, members.around);
         let spin_step = if angles.len() > 1 { angles[1] - angles[0] } else { TAU };
+        let (robot, frames, objective) = (problem.robot.clone(), problem.frames.clone(), problem.objective.clone());
+        let lattice = Lattice::new(robot, frames, &problem.asked, members, &spare.finer(finer), objective, problem.limits)?;
         let (cells, order, least, edges) = (HashMap::new(), Vec::new(), HashMap::new(), EdgeTable::default());
-        let (around, ceiling) = (settings.spin_range.is_none(), f64::INFINITY);
+        let ceiling = f64::INFINITY;
         // Of the turns of all joints in one step some are about the tool's axis.
         let reach = |bounds: &[f64]| LEAP * bounds.iter().map(|bound| bound.min(PI)).sum::<f64>();
         let leap = problem.bounds.chunks_exact(problem.n()).map(|bounds| (reach(bounds) / spin_step).ceil() as usize).collect();
         let floors = Floors::new(lattice.angles(), lattice.branches(), around, leap);
-        Ok(Self { problem, settings, lattice, spin_step, cells, order, least, edges, spare, ceiling, floors, connected: f64::NEG_INFINITY })
+        Ok(Self {
+            problem,
+            settings,
+            lattice,
+            spin_step,
+            around,
+            cells,
+            order,
+            least,
+            edges,
+            spare,
+            ceiling,
+            floors,
+            connected: f64::NEG_INFINITY,
+        })
     }
 
     /// None yet over a grid `finer` times as fine, in which only what is better than `ceiling` counts.
@@ -132,6 +151,12 @@ impl<'a> Layers<'a> {
             for cells in &mut all {
                 let kept: Vec<bool> =
                     cells.open.iter().map(|cell| branches.contains(&(*cell as usize % self.lattice.branches()))).collect();
+                cells.retain(n, &kept);
+            }
+        }
+        if problem_is_loose(self.problem, self.spare) {
+            for (point, cells) in points.iter().zip(&mut all) {
+                let kept: Vec<bool> = cells.q.chunks_exact(n).map(|q| self.problem.is_member(*point, q)).collect();
                 cells.retain(n, &kept);
             }
         }
@@ -188,6 +213,22 @@ impl<'a> Layers<'a> {
         finder
     }
 
+    /// Routes whose slowest step is the fastest, for the largest speed of the tool.
+    pub fn finder_of_speed(&self, problem: &PathProblem, points: &[usize], closed: bool, haste: f64) -> Option<RouteFinder<'a>> {
+        let pace = problem.thinned(points).pace?;
+        let (mut graph, search) = self.searched(points, haste, &|_, _| true);
+        graph.pace = Some(pace.to_vec());
+        let limits = self.problem.limits.then(|| self.problem.robot.limits());
+        let search = Search { criterion: Criterion::Minimax, ..search };
+        Some(RouteFinder::new(graph, search, limits, closed).holding(self.held(points)))
+    }
+
+    /// The layers at which a posture is held, with it.
+    fn held(&self, points: &[usize]) -> Vec<(usize, &'a [f64])> {
+        let problem = self.problem;
+        points.iter().enumerate().filter_map(|(layer, point)| problem.pins.posture(*point).map(|q| (layer, q))).collect()
+    }
+
     /// The same among those cells (layer, cell) that are allowed.
     fn finder_among(
         &self,
@@ -200,10 +241,9 @@ impl<'a> Layers<'a> {
     ) -> Result<RouteFinder<'a>, PlanError> {
         let problem = self.problem;
         let limits = problem.limits.then(|| problem.robot.limits());
-        let held = |(layer, point): (usize, &usize)| problem.pins.posture(*point).map(|q| (layer, q));
         let (mut graph, search) = self.searched(points, haste, allowed);
         graph.edges = edges.of(points, &graph, &search, haste, hooks)?;
-        Ok(RouteFinder::new(graph, search, limits, closed).holding(points.iter().enumerate().filter_map(held).collect()))
+        Ok(RouteFinder::new(graph, search, limits, closed).holding(self.held(points)))
     }
 
     /// The graph of some points whose cells are known, and how it is searched.
@@ -215,7 +255,7 @@ impl<'a> Layers<'a> {
             criterion: problem.criterion,
             smoothness: problem.weight_of_motion(values),
             window: ((settings.max_spin_step / self.spin_step).round_ties_even() as usize).max(1),
-            around: settings.spin_range.is_none(),
+            around: self.around,
             branch_step: match (lattice.has_branches(), settings.branch_changes) {
                 (false, _) => NAMELESS_STEP,
                 (true, true) => BRANCH_STEP,
@@ -286,6 +326,7 @@ impl<'a> Layers<'a> {
             weights: point_weights(&steps, false),
             steps,
             bounds: spans.iter().flat_map(|pair| (0..n).map(move |k| span(pair, k))).collect(),
+            pace: None,
             edges: None,
         };
         for (layer, known) in layers.iter().enumerate() {
@@ -457,4 +498,9 @@ impl<'a> Layers<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether cells need not be members of the volume that is asked for: their spin is not theirs to choose.
+fn problem_is_loose(problem: &PathProblem, spare: &SpareGrid) -> bool {
+    problem.volume.is_some() && !spare.spins
 }

@@ -61,7 +61,7 @@ fn passed(
     hooks: &mut Hooks,
 ) -> std::result::Result<Option<Part>, PlanError> {
     let n = problem.n();
-    let divided = PathProblem::new(problem.robot.clone(), &in_pieces(path, pieces)?, problem.asked, problem.objective.clone(), settings)?;
+    let divided = PathProblem::new(problem.robot.clone(), &in_pieces(path, pieces)?, &problem.goal(), problem.objective.clone(), settings)?;
     let bounds = pieces.iter().enumerate().flat_map(|(edge, &count)| {
         let own = &problem.bounds[edge * n..(edge + 1) * n];
         (0..count).flat_map(move |_| own.iter().map(move |bound| bound / count as f64))

@@ -1,7 +1,6 @@
 //! The Newton system of a path under a barrier: a band of small blocks, one a point, bordered by the common variables.
 
 use super::constraints::{Common, Constraint, Kind};
-use super::graph::Criterion;
 use super::points::Point;
 use super::problem::PathProblem;
 use crate::linalg::banded::Banded;
@@ -65,7 +64,7 @@ impl<const C: usize> Model<C> {
     ) -> Self {
         let (count, n) = (points.len(), problem.n());
         let zero = vec![[0.0; C]; count];
-        let minimax = problem.criterion == Criterion::Minimax && problem.objective.is_some();
+        let minimax = problem.has_ceiling();
         let widened = constraints.last().is_some_and(|c| c.kind == Kind::Widening);
         let weight = widening_weight(scale);
         let mut model = Self {
@@ -88,6 +87,10 @@ impl<const C: usize> Model<C> {
         for ((c, s), y) in constraints.iter().zip(slack).zip(dual) {
             match c.kind {
                 Kind::Combination => model.add_gradient(c, &problem.robot.limits().coupled[c.joint].row, *y, mu / s, y / s),
+                Kind::Side => {
+                    model.add_gradient(c, &points[c.point].side_gradient(c.joint), *y, mu / s, y / s);
+                    points[c.point].add_side_hessian(c.joint, -y, &mut model.hessian[c.point]);
+                }
                 Kind::Spin => model.add_gradient(c, &points[c.point].spin_gradient(), *y, mu / s, y / s),
                 _ => model.add_constraint(points, c, *y, mu / s, y / s, n),
             }
@@ -131,11 +134,18 @@ impl<const C: usize> Model<C> {
         let (i, k) = (c.point, c.joint);
         match c.kind {
             Kind::Position => self.add_linear(i, k, c.sign, y, force, w, widening),
-            Kind::Motion => {
+            Kind::Motion | Kind::Pace => {
                 let next = (i + 1) % points.len();
                 self.add_linear(next, k, c.sign, y, force, w, widening);
                 self.add_linear(i, k, -c.sign, y, force, w, widening);
                 self.coupling[i][k] -= w;
+                if c.kind == Kind::Pace {
+                    self.border[0][next][k] -= c.sign * w * c.bound;
+                    self.border[0][i][k] += c.sign * w * c.bound;
+                    self.corner[0] += w * c.bound * c.bound;
+                    self.lagrangian_common[0] -= y * c.bound;
+                    self.barrier_common[0] -= force * c.bound;
+                }
             }
             Kind::Value => {
                 self.add_value(i, &points[i], y, force, y, n);
@@ -150,7 +160,7 @@ impl<const C: usize> Model<C> {
                 self.lagrangian_common[0] -= y;
                 self.barrier_common[0] -= force;
             }
-            Kind::Combination | Kind::Spin | Kind::Widening => {}
+            Kind::Combination | Kind::Spin | Kind::Side | Kind::Widening => {}
         }
     }
 
@@ -310,14 +320,20 @@ fn folded(i: usize, count: usize, ring: bool) -> usize {
 
 fn slack_change<const C: usize>(c: &Constraint, problem: &PathProblem, points: &[Point<C>], direction: &Direction<C>, n: usize) -> f64 {
     let dq = &direction.dq;
+    let motion = || -c.sign * (dq[(c.point + 1) % dq.len()][c.joint] - dq[c.point][c.joint]);
     let own = match c.kind {
         Kind::Position => -c.sign * dq[c.point][c.joint],
         Kind::Combination => -c.sign * problem.robot.limits().coupled[c.joint].value(&dq[c.point]),
-        Kind::Motion => -c.sign * (dq[(c.point + 1) % dq.len()][c.joint] - dq[c.point][c.joint]),
+        Kind::Motion => motion(),
+        Kind::Pace => c.bound * direction.common[0] + motion(),
         Kind::Value => direction.common[0] - (0..n).map(|k| points[c.point].objective.gradient[k] * dq[c.point][k]).sum::<f64>(),
         Kind::Spin => {
             let gradient = points[c.point].spin_gradient();
             -c.sign * (0..n).map(|k| gradient[k] * dq[c.point][k]).sum::<f64>()
+        }
+        Kind::Side => {
+            let gradient = points[c.point].side_gradient(c.joint);
+            (0..n).map(|k| gradient[k] * dq[c.point][k]).sum::<f64>()
         }
         Kind::Widening => 0.0,
     };

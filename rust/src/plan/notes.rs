@@ -3,6 +3,7 @@
 use super::failure::{degrees, listed};
 use super::grid::{SpareGrid, angle_grid};
 use super::lattice::Lattice;
+use super::members::Members;
 use super::problem::PathProblem;
 use super::singular::Singularities;
 use super::verdict::Plan;
@@ -70,7 +71,8 @@ fn idle_spin(problem: &PathProblem, spare: &SpareGrid) -> Result<Option<String>,
     let stride = spare.values.len().div_ceil(PLACES).max(1);
     let few = spare.values.iter().step_by(stride).cloned().collect();
     let few = SpareGrid::at(&problem.robot, &problem.asked, &spare.joints, few)?;
-    let lattice = Lattice::new(problem.robot.clone(), problem.frames.clone(), &problem.asked, &angles, &few, Some(objective), false)?;
+    let spins = Members::spins(axis, &angles, problem.spin.is_none());
+    let lattice = Lattice::new(problem.robot.clone(), problem.frames.clone(), &problem.asked, spins, &few, Some(objective), false)?;
     let branches = lattice.branches();
     let mut compared = false;
     for point in points {

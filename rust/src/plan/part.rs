@@ -119,6 +119,7 @@ fn tried_part(problem: &PathProblem, first: usize, q: &[f64], most: usize, hooks
     if problem.criterion == Criterion::Minimax && !part.refined && part.failure.is_none() {
         let smoothness = Some(STEADY * mean_size(part.value.iter().copied()));
         let mean = PathProblem { criterion: Criterion::Integral, smoothness, ..problem.clone() };
+        let mean = if problem.pace.is_some() { problem.for_search() } else { mean };
         let mean = refined_once(&mean, first, q, most, hooks)?;
         if mean.is_optimum() {
             let again = refined_once(problem, first, &mean.q, most, hooks)?;
@@ -161,6 +162,7 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
     if !problem.restored(first, &mut start).into_iter().all(|reached| reached) {
         start.copy_from_slice(q);
     }
+    problem.draw_inside(first, &mut start);
     let stretch = problem.stretch(first, count, turns, &start);
     let found = refine(&stretch, &start[..stretch.points() * n], most, &mut || hooks.is_cancelled());
     if found.status == RefineStatus::Cancelled {
@@ -189,11 +191,11 @@ fn refined_within(problem: &PathProblem, first: usize, q: &[f64], most: usize, h
         smoothness: stretch.smoothness(),
         refined: allowed && found.status == RefineStatus::Converged,
         failure: tightest.map(|constraint| failure(problem, first, &rows, &constraint)),
+        value: if problem.pace.is_some() { problem.worth(first, &rows) } else { value },
         q: rows,
-        value,
     };
     if found.status == RefineStatus::Singular {
-        part = Part { value: problem.values(&start), motion: problem.motion_integral(first, &start), q: start, ..part };
+        part = Part { value: problem.worth(first, &start), motion: problem.motion_integral(first, &start), q: start, ..part };
     } else if !allowed {
         part = as_far_as_allowed(problem, &start, part, hooks)?;
     }
@@ -223,7 +225,7 @@ fn as_far_as_allowed(problem: &PathProblem, start: &[f64], part: Part, hooks: &m
             high = middle;
         }
     }
-    let (value, motion) = (problem.values(&kept), problem.motion_integral(first, &kept));
+    let (value, motion) = (problem.worth(first, &kept), problem.motion_integral(first, &kept));
     let part = Part { q: kept, value, motion, residual: f64::NAN, failure: wrong, ..part };
     Ok(Part { cost: cost(problem, &part), ..part })
 }
@@ -324,7 +326,8 @@ fn failure(problem: &PathProblem, first: usize, q: &[f64], tightest: &Constraint
             PlanFailure::new(point + 1, cause, joint(excess))
         }
         Kind::Spin => PlanFailure::at(point, FailureCause::SpinRange),
-        Kind::Value | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),
+        Kind::Side => PlanFailure::at(point, FailureCause::Volume),
+        Kind::Value | Kind::Pace | Kind::Widening => PlanFailure::at(point, FailureCause::NoWay),
     }
 }
 

@@ -83,6 +83,12 @@ impl Path {
         Self::new(self.position, self.axis, self.rotation, Some(time))
     }
 
+    /// The same path without times.
+    #[must_use]
+    pub fn without_time(self) -> Self {
+        Self { time: None, ..self }
+    }
+
     /// Number of points, at least 1.
     #[expect(clippy::len_without_is_empty, reason = "no path is empty")]
     pub fn len(&self) -> usize {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::frames::{spin, tools};
+use super::frames::{outside, spin, tools};
 use super::hooks::{Hooks, PlanError};
 use super::lattice::{Cells, Lattice};
 use super::problem::{ON_PATH, PathProblem};
@@ -11,6 +11,7 @@ use crate::error::{Error, Result, check_finite, check_vector};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, norm};
 use crate::robot::{Robot, nearest_turn};
+use crate::task::volume::OrientationVolume;
 use crate::task::{Target, Task};
 
 /// A held posture this near to its point counts as on it [rad, m]: it is where the robot stands, as its controller shows it.
@@ -57,6 +58,7 @@ pub(super) struct Pinned<'a> {
     pub targets: &'a [Target],
     pub asked: &'a Task,
     pub task: &'a Task,
+    pub volume: Option<&'a OrientationVolume>,
 }
 
 impl Pins {
@@ -176,7 +178,7 @@ pub(super) fn held_cells(
         Held::Spin(spin) => return lattice.cells_at_spin(point, *spin, axis, hooks).map(Some),
         Held::Posture(q) => q,
     };
-    let mut cells = lattice.cells_at_posture(point, q, axis, problem.values(q)[0])?;
+    let mut cells = lattice.cells_at_posture(point, q, problem.values(q)[0])?;
     if cells.is_open() && !hooks.all_allowed(q, q.len())? {
         cells.retain(q.len(), &[false]);
     }
@@ -223,11 +225,20 @@ impl Pinned<'_> {
             let given = format!("a posture {:.3e} m and {:.3e} rad off point {point} of the path", distance, angle);
             return Err(Error::value(name, given, "one within 1e-6 of it"));
         }
+        let outside = self.volume.map_or(0.0, |volume| outside(volume, &self.frames[point], &tools(self.robot, &q)[0]));
+        if outside > HELD_ON_PATH {
+            let given = format!("a posture {outside:.3e} rad outside the orientation volume at point {point}");
+            return Err(Error::value(name, given, "one within 1e-6 of it"));
+        }
         Ok(q)
     }
 
     fn spin(&self, name: &str, spin: f64, settings: &PlanSettings) -> Result<(Vec3, Task)> {
         check_finite(name, &[spin])?;
+        if self.volume.is_some() {
+            let given = format!("a spin of {spin:?} rad, but the task is an orientation volume");
+            return Err(Error::value(name, given, "a posture"));
+        }
         let task = Task::FULL.suited(self.robot);
         let Some(axis) = self.asked.spin_axis().filter(|_| task.dimension() > self.task.dimension()) else {
             let given = format!("a spin of {spin:?} rad, but the task leaves {} no spin", self.robot.name());

@@ -2,15 +2,17 @@
 
 use rayon::prelude::*;
 
+use super::constraints::side;
 use super::problem::{CHUNK, PARALLEL, PathProblem};
 use crate::index::Order;
 use crate::index::sized::Evaluation;
-use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, forward, jacobian};
 use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::vector::{Vec3, dot};
+use crate::linalg::vector::{Vec3, cross, dot};
 use crate::linalg::{Rows6, size};
 use crate::resolve::sqp::reduce::{Curvature, Turning};
 use crate::task::Constraint;
+use crate::task::volume::Sides;
 
 /// The least ratio of shortest to longest orthogonal row of the task's Jacobian at which its free motion is told.
 const SINGULAR: f64 = 1e-9;
@@ -28,6 +30,9 @@ pub struct Point<'r, const C: usize> {
     jacobian: Jacobian<'r, C>,
     constraint: Constraint,
     spin_axis: Vec3,
+    /// The bounds of the volume that is asked for, and the tool's axis.
+    sides: Option<Sides>,
+    tool_axis: Vec3,
     /// Where the task's directions turn along the free motion, whose they are: the problem and the number of the point.
     turning: Option<(&'r PathProblem, usize)>,
 }
@@ -60,6 +65,15 @@ impl PathProblem {
         let Some(objective) = &self.objective else { return vec![0.0; q.len()] };
         let one = |q: &[f64; C]| objective.value_sized::<C>(&self.robot, &q[..n]);
         if q.len() < PARALLEL { q.iter().map(one).collect() } else { q.par_iter().with_min_len(CHUNK).map(one).collect() }
+    }
+
+    /// The bounds of the volume that is asked for at every posture; none without one.
+    pub(super) fn sides_at<const C: usize>(&self, q: &[[f64; C]]) -> Vec<Sides> {
+        if self.volume.is_none() {
+            return Vec::new();
+        }
+        let n = size::<C>(self.n());
+        q.iter().enumerate().filter_map(|(i, q)| self.sides_of(i, &forward::<C>(&self.robot, &q[..n]))).collect()
     }
 
     /// Everything at every posture; `None` where one is singular for its task or the objective has no derivatives.
@@ -97,12 +111,37 @@ impl PathProblem {
             jacobian: columns,
             constraint,
             spin_axis: self.spin.map_or([0.0; 3], |spin| tool.rotate(spin.axis)),
+            sides: self.sides_of(i, &tool),
+            tool_axis: tool.axes[2],
             turning,
         })
     }
 }
 
 impl<const C: usize> Point<'_, C> {
+    /// How a bound of the volume changes with the joints.
+    pub fn side_gradient(&self, number: usize) -> [f64; C] {
+        let Some(sides) = &self.sides else { return [0.0; C] };
+        let rate = side(sides, number).rate;
+        self.jacobian.w.map(|w| dot(rate, w))
+    }
+
+    /// Adds the second derivative of a bound of the tilt times a factor; those of spins are left out (Gauss-Newton).
+    pub fn add_side_hessian(&self, number: usize, factor: f64, hessian: &mut [[f64; C]; C]) {
+        let Some(normal) = self.sides.as_ref().and_then(|sides| side(sides, number).normal) else { return };
+        let n = self.jacobian.n();
+        for l in 0..n {
+            let moved = cross(self.jacobian.w[l], self.tool_axis);
+            for k in 0..=l {
+                let second = factor * dot(normal, cross(self.jacobian.w[k], moved));
+                hessian[k][l] += second;
+                if k < l {
+                    hessian[l][k] += second;
+                }
+            }
+        }
+    }
+
     /// How the spin changes with the joints.
     pub fn spin_gradient(&self) -> [f64; C] {
         self.jacobian.w.map(|w| dot(self.spin_axis, w))

@@ -27,7 +27,7 @@ pub(super) fn postures_by_newton(problem: &PathProblem, point: usize) -> Vec<f64
         let q = &mut q[..n];
         if lands(&problem.robot, &problem.asked, &problem.targets[point], problem.length, problem.limits, q) {
             let is_known = |row: &[f64]| row.iter().zip(&*q).all(|(a, b)| (a - b).abs() < APART);
-            if problem.allows_spin(point, q) && !found.chunks_exact(n).any(is_known) {
+            if problem.allows_turn(point, q) && !found.chunks_exact(n).any(is_known) {
                 found.extend_from_slice(q);
             }
         }
@@ -53,6 +53,11 @@ pub(super) fn lands(robot: &Robot, task: &Task, target: &Target, length: f64, li
 }
 
 impl PathProblem {
+    /// Whether the orientation of a posture is within the volume that is asked for, and its spin within its range.
+    pub(super) fn allows_turn(&self, point: usize, q: &[f64]) -> bool {
+        self.is_member(point, q) && self.allows_spin(point, q)
+    }
+
     /// Whether the spin of a posture is within its range.
     pub(super) fn allows_spin(&self, point: usize, q: &[f64]) -> bool {
         self.spin.is_none_or(|_| {

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::frames::{spin, spin_frames, tools, turned_about};
+use super::frames::{outside, spin, spin_frames, tools, turned_about, volume_frames};
 use super::graph::Criterion;
 use super::joint_weights::JointWeights;
+use super::members;
 use super::numbers::{mean_size, sum, to_one_digit};
 use super::path::{Orientation, Path, point_weights};
 use super::pins::{Fixed, Held, Pinned, Pins};
@@ -16,14 +17,17 @@ use crate::index::Objective;
 use crate::inverse::reach_sized;
 use crate::kinematics::sized::forward;
 use crate::linalg::frame::Frame;
-use crate::linalg::vector::{Vec3, norm};
+use crate::linalg::vector::{Vec3, norm, sub};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, size};
 use crate::robot::{AT_LIMIT, Joint, Robot, nearest_turn};
+use crate::task::volume::{OrientationVolume, Sides};
 use crate::task::{Projector, Target, Task};
 
 /// Error of a point that counts as on the path [rad, m].
 pub const ON_PATH: f64 = 1e-9;
+/// What a posture may be outside a volume by \[rad\]: rounding.
+const MEMBER: f64 = 5e-10;
 /// Paths with fewer points are evaluated on one core.
 pub(super) const PARALLEL: usize = 32;
 /// Points that a core takes at a time.
@@ -66,6 +70,9 @@ pub struct PathProblem {
     pub steps: Arc<[f64]>,
     /// Largest motions from each point to the next [rad or m], n a step; infinite where there is none.
     pub bounds: Arc<[f64]>,
+    /// How far each joint moves from each point to the next while the tool takes a second for a metre [rad or m], n a step: where the tool's largest
+    /// constant speed is sought. Infinite where the step has no length, or the joint no largest speed.
+    pub pace: Option<Arc<[f64]>>,
     /// Whether it is the speed of joints that bounds them.
     pub timed: bool,
     /// Whether position limits hold.
@@ -78,8 +85,27 @@ pub struct PathProblem {
     pub length: f64,
     /// Least and largest spin [rad], at most a turn apart, and its axis in the tool frame.
     pub spin: Option<SpinRange>,
+    /// The orientations that are allowed at every point, seen in its frame.
+    pub volume: Option<OrientationVolume>,
+    /// How far from each of their bounds a refinement starts \[rad\].
+    pub(super) room: Arc<[f64]>,
     /// Postures and spins that are held.
     pub pins: Pins,
+}
+
+/// What the tool has to do.
+#[derive(Debug, Clone)]
+pub struct Goal {
+    /// The task; beside a volume that of the volume's axis.
+    pub task: Task,
+    /// The orientations that are allowed, where the task is that.
+    pub volume: Option<OrientationVolume>,
+}
+
+impl From<Task> for Goal {
+    fn from(task: Task) -> Self {
+        Self { task, volume: None }
+    }
 }
 
 /// The spin that a tool is allowed.
@@ -96,11 +122,18 @@ impl PathProblem {
     ///
     /// # Errors
     /// [`crate::error::Error`] if the path does not suit the task, or the robot has too few joints for it.
-    pub fn new(robot: Arc<Robot>, path: &Path, task: Task, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
-        let motion_alone = settings.criterion == Aim::Motion;
-        let mut frames = spin_frames(path, &task, settings.closed)?;
+    pub fn new(robot: Arc<Robot>, path: &Path, goal: &Goal, objective: Option<Objective>, settings: &PlanSettings) -> Result<Self> {
+        let (aim, motion_alone) = (settings.criterion, settings.criterion == Aim::Motion);
+        let mut frames = match &goal.volume {
+            Some(volume) => volume_frames(path, volume, settings.closed)?,
+            None => spin_frames(path, &goal.task, settings.closed)?,
+        };
         let steps = path.shares();
-        let (asked, task) = (task, task.suited(&robot));
+        let asked = goal.task;
+        let task = if goal.volume.is_some() { Task::POSITION } else { asked.suited(&robot) };
+        if let Some(volume) = &goal.volume {
+            check_volume(volume, &asked, &robot, settings)?;
+        }
         if task.rank(&robot) < task.dimension() {
             let (n, able) = (robot.n(), asked.rank(&robot));
             let given = format!("{} of {} components for {n} joints, which can do {able} of them", asked.kind(), asked.dimension());
@@ -111,7 +144,7 @@ impl PathProblem {
         }
         let whole = |frame: &Frame| Target { position: frame.origin, axis: None, frame: frame.axes };
         let targets = if task == asked { path.targets(&task)? } else { frames.iter().map(whole).collect() };
-        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task };
+        let pinned = Pinned { robot: &robot, frames: &frames, targets: &targets, asked: &asked, task: &task, volume: goal.volume.as_ref() };
         Ok(Self {
             pins: Pins::new(&pinned, settings)?,
             task,
@@ -119,17 +152,20 @@ impl PathProblem {
             targets: targets.into(),
             frames: frames.into(),
             length: objective.as_ref().and_then(Objective::length).unwrap_or(1.0),
-            objective: objective.filter(|_| !motion_alone),
-            criterion: if settings.criterion == Aim::Minimax { Criterion::Minimax } else { Criterion::Integral },
+            objective: objective.filter(|_| aim.has_objective()),
+            criterion: if matches!(aim, Aim::Minimax | Aim::Speed) { Criterion::Minimax } else { Criterion::Integral },
             smoothness: if motion_alone { Some(1.0) } else { settings.smoothness },
             joint_weights: JointWeights::new(robot.n(), settings.joint_weights.as_deref())?,
             weights: point_weights(&steps, settings.closed).into(),
             steps: steps.into(),
             bounds: motion_bounds(&robot, path, settings.limits).into(),
+            pace: if aim == Aim::Speed { Some(paces(&robot, path)?.into()) } else { None },
             timed: path.time().is_some(),
             limits: settings.limits,
             closed: settings.closed,
             turns: None,
+            room: goal.volume.as_ref().map_or_else(Vec::new, room).into(),
+            volume: goal.volume.clone(),
             spin: asked.spin_axis().and_then(|axis| settings.spin_range.map(|range| SpinRange { axis, range })),
             robot,
         })
@@ -172,7 +208,7 @@ impl PathProblem {
         let steps = &self.steps[first..first + count - 1];
         let total = if steps.is_empty() { 1.0 } else { sum(steps) };
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
-        let weight = self.weight_of_motion(self.values(q).into_iter());
+        let weight = self.weight_of_motion(self.worth(first, q).into_iter());
         // What is next to nothing must not hang on where a closed path starts: a digit of it is enough.
         let weight = if turns.is_some() && self.smoothness.is_none() { to_one_digit(weight) } else { weight };
         Self {
@@ -183,9 +219,15 @@ impl PathProblem {
             weights: point_weights(&steps, turns.is_some())[..kept.len()].into(),
             steps: steps.into(),
             bounds: self.bounds[first * n..(first + count - 1) * n].into(),
+            pace: self.pace.as_ref().map(|pace| pace[first * n..(first + count - 1) * n].into()),
             turns,
             ..self.clone()
         }
+    }
+
+    /// What is asked of the tool.
+    pub(super) fn goal(&self) -> Goal {
+        Goal { task: self.asked, volume: self.volume.clone() }
     }
 
     /// The problem of one point: the least value there.
@@ -199,6 +241,7 @@ impl PathProblem {
             weights: [1.0].into(),
             steps: [].into(),
             bounds: [].into(),
+            pace: None,
             turns: None,
             ..self.clone()
         }
@@ -224,13 +267,17 @@ impl PathProblem {
         let steps: Vec<f64> = spans.iter().map(|&(a, b)| sum(&self.steps[a..b])).collect();
         let total = sum(&steps);
         let steps: Vec<f64> = steps.iter().map(|step| step / total).collect();
-        let bound = |&(a, b): &(usize, usize), k: usize| (a..b).map(|i| self.bounds[i * n + k]).sum::<f64>();
+        let total_of = |all: &[f64]| -> Vec<f64> {
+            let of = |&(a, b): &(usize, usize), k: usize| (a..b).map(|i| all[i * n + k]).sum::<f64>();
+            spans.iter().flat_map(|span| (0..n).map(move |k| of(span, k))).collect()
+        };
         let closed = self.closed && kept.first() == Some(&0) && kept.last() == Some(&(self.points() - 1));
         Self {
             targets: kept.iter().map(|&point| self.targets[point]).collect(),
             frames: kept.iter().map(|&point| self.frames[point]).collect(),
             weights: point_weights(&steps, closed).into(),
-            bounds: spans.iter().flat_map(|span| (0..n).map(move |k| bound(span, k))).collect(),
+            bounds: total_of(&self.bounds).into(),
+            pace: self.pace.as_ref().map(|pace| total_of(pace).into()),
             steps: steps.into(),
             closed,
             ..self.clone()
@@ -246,11 +293,25 @@ impl PathProblem {
     pub(super) fn calm(&self) -> Self {
         let n = self.n();
         let least = |k: usize| self.bounds.iter().skip(k).step_by(n).fold(f64::INFINITY, |least, bound| least.min(*bound));
-        let slowest = (0..n).map(least).fold(f64::INFINITY, f64::min);
-        let weight = |k: usize| (slowest / least(k)).powi(2).max(LIGHT);
-        let weights: Vec<f64> = (0..n).map(weight).collect();
-        let joint_weights = JointWeights::new(n, Some(&weights)).unwrap_or_else(|_| self.joint_weights.clone());
-        Self { objective: None, criterion: Criterion::Integral, smoothness: Some(1.0), joint_weights, ..self.without_steps() }
+        self.without_steps().of_motion(&(0..n).map(least).collect::<Vec<_>>())
+    }
+
+    /// The problem whose routes are looked at: this one; where the tool's speed is sought that of the motion, each joint weighed by how slow it is.
+    pub(super) fn for_search(&self) -> Self {
+        if self.pace.is_some() { self.of_motion(&self.robot.limits().qd_max) } else { self.clone() }
+    }
+
+    /// The same problem of the motion alone, each joint weighed by how little it may move.
+    fn of_motion(&self, least: &[f64]) -> Self {
+        let slowest = least.iter().copied().fold(f64::INFINITY, f64::min);
+        let weights: Vec<f64> = least.iter().map(|least| (slowest / least).powi(2).max(LIGHT)).collect();
+        let joint_weights = JointWeights::new(self.n(), Some(&weights)).unwrap_or_else(|_| self.joint_weights.clone());
+        Self { objective: None, pace: None, criterion: Criterion::Integral, smoothness: Some(1.0), joint_weights, ..self.clone() }
+    }
+
+    /// Whether the largest of something is minimised.
+    pub(super) fn has_ceiling(&self) -> bool {
+        self.pace.is_some() || (self.criterion == Criterion::Minimax && self.objective.is_some())
     }
 
     /// Whether anything bounds the motion from point to point.
@@ -309,6 +370,25 @@ impl PathProblem {
         values
     }
 
+    /// What postures of the points from `first` on are worth: their values; where the tool's speed is sought the time that it takes for a metre [s], by the joint
+    /// that is slowest on the steps to and from each point.
+    pub(super) fn worth(&self, first: usize, q: &[f64]) -> Vec<f64> {
+        let Some(pace) = &self.pace else { return self.values(q) };
+        let (n, mut worth) = (self.n(), vec![0.0f64; q.len() / self.n()]);
+        for (i, ((from, to), pace)) in q.iter().zip(&q[n..]).zip(&pace[first * n..]).enumerate() {
+            let share = (to - from).abs() / pace;
+            let edge = i / n;
+            (worth[edge], worth[edge + 1]) = (worth[edge].max(share), worth[edge + 1].max(share));
+        }
+        worth
+    }
+
+    /// The largest of these; 0 where the tool's speed is not sought.
+    pub(super) fn slowest<const C: usize>(&self, q: &[[f64; C]]) -> f64 {
+        let (n, pace) = (self.n(), self.pace.as_deref().unwrap_or(&[]));
+        pace.iter().enumerate().map(|(i, pace)| self.motion(q, i / n, i % n).abs() / pace).fold(0.0, f64::max)
+    }
+
     /// Brings postures of the points from `first` on onto the path by Newton; tells of each whether it got there.
     #[inline(never)]
     pub(super) fn restored(&self, first: usize, q: &mut [f64]) -> Vec<bool> {
@@ -333,7 +413,7 @@ impl PathProblem {
             there.copy_from_slice(row);
             if self.limits && self.pins.posture(first + i).is_none() && limits.settle(there) && *there != *row {
                 let (w, v) = self.task.error(&forward::<MAX_JOINTS>(&self.robot, there), &self.targets[first + i]);
-                if norm(w).max(norm(v)) <= ON_PATH {
+                if norm(w).max(norm(v)) <= ON_PATH && self.is_member(first + i, there) {
                     row.copy_from_slice(there);
                 }
             }
@@ -348,7 +428,7 @@ impl PathProblem {
             let spin = self.spin(point, &row);
             spin >= range.0 - AT_LIMIT && spin <= range.1 + AT_LIMIT
         };
-        (!self.limits || self.robot.limits().contain(q)) && self.spin.is_none_or(|spin| in_range(spin.range))
+        (!self.limits || self.robot.limits().contain(q)) && self.is_member(point, q) && self.spin.is_none_or(|spin| in_range(spin.range))
     }
 
     /// Whether postures of the points from `first` on are within all bounds.
@@ -387,12 +467,28 @@ impl PathProblem {
         self.spin.map_or((0.0, (0.0, 0.0)), turn)
     }
 
+    /// The bounds of the volume that is asked for at a posture; none without one.
+    pub(super) fn sides_of(&self, point: usize, tool: &Frame) -> Option<Sides> {
+        self.volume.as_ref().map(|volume| volume.sides(&self.frames[point].axes, &tool.axes))
+    }
+
+    /// Whether a posture is a member of the volume that is asked for.
+    pub(super) fn is_member(&self, point: usize, q: &[f64]) -> bool {
+        self.outside(point, q) <= MEMBER
+    }
+
+    /// How far the tool of a posture is outside that volume \[rad\].
+    pub(super) fn outside(&self, point: usize, q: &[f64]) -> f64 {
+        let tool = || forward::<MAX_JOINTS>(&self.robot, q);
+        self.volume.as_ref().map_or(0.0, |volume| outside(volume, &self.frames[point], &tool()))
+    }
+
     /// Distances [m] and angles [rad] of postures of the points from 0 on to the path.
     #[inline(never)]
     pub(super) fn errors(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let error = |(tool, frame): (&Frame, &Frame)| {
             let (w, v) = self.asked.error(tool, &Target { position: frame.origin, axis: None, frame: frame.axes });
-            (norm(v), norm(w))
+            (norm(v), self.volume.as_ref().map_or_else(|| norm(w), |volume| outside(volume, frame, tool)))
         };
         tools(&self.robot, q).iter().zip(&self.frames[..]).map(error).unzip()
     }
@@ -414,4 +510,42 @@ fn motion_bounds(robot: &Robot, path: &Path, limits: bool) -> Vec<f64> {
             time.windows(2).flat_map(|pair| speeds.iter().map(move |speed| BELOW_SPEED * (pair[1] - pair[0]) * speed)).collect()
         }
     }
+}
+
+/// How far joints move from each point to the next while the tool takes a second for a metre [rad or m], n a step.
+fn paces(robot: &Robot, path: &Path) -> Result<Vec<f64>> {
+    let speeds = &robot.limits().qd_max;
+    if speeds.iter().all(|speed| speed.is_infinite()) {
+        return Err(Error::value("criterion", "'speed' for a robot without speed limits", "limits qd_max of some joints"));
+    }
+    let position = path.position();
+    let lengths: Vec<f64> = position.windows(2).map(|pair| norm(sub(pair[1], pair[0]))).collect();
+    if lengths.iter().all(|length| *length <= 0.0) {
+        return Err(Error::value("criterion", "'speed' for a path without length", "one whose points are not all at one place"));
+    }
+    // A tool that stands has all the time that it takes.
+    let pace = |length: f64, speed: f64| if length > 0.0 { length * speed } else { f64::INFINITY };
+    Ok(lengths.iter().flat_map(|length| speeds.iter().map(move |speed| pace(*length, *speed))).collect())
+}
+
+/// Whether a volume can be planned for.
+fn check_volume(volume: &OrientationVolume, axial: &Task, robot: &Robot, settings: &PlanSettings) -> Result<()> {
+    members::check(volume)?;
+    if settings.spin_range.is_some() {
+        return Err(Error::value("spin_range", "given beside an orientation volume", "the volume's own spin"));
+    }
+    if axial.suited(robot) != *axial || axial.rank(robot) < axial.dimension() {
+        let given = format!("an orientation volume for the joints '{}'", robot.joint_letters());
+        return Err(Error::value("task", given, "joints that point the tool where it is told"));
+    }
+    Ok(())
+}
+
+/// Part of the way from the bounds of a volume to its middle that a refinement starts from.
+const INSIDE: f64 = 0.1;
+
+/// That part of the way for each bound.
+fn room(volume: &OrientationVolume) -> Vec<f64> {
+    let sides = volume.sides(&Frame::IDENTITY.axes, &members::middle(volume).axes());
+    sides.as_slice().iter().map(|side| INSIDE * side.slack).collect()
 }

@@ -2,8 +2,8 @@
 //! (Nocedal and Wright 2006, chapter 19), every iterate on the path and within what has to hold.
 
 use super::constraints::{Common, Constraint, Kind, constraints};
-use super::graph::Criterion;
 use super::newton_system::{Direction, Model, moved, widening_weight};
+use super::points::Point;
 use super::problem::PathProblem;
 use crate::linalg::with_capacity;
 use crate::robot::AT_LIMIT;
@@ -21,6 +21,9 @@ const KEPT: f64 = 0.005;
 const LONGEST: f64 = 0.4;
 /// Trial lengths of a step.
 const MAX_HALVINGS: usize = 20;
+/// Times that a step is corrected for the curvature of a volume's bounds, and the part of the room to them that it has to leave.
+const CORRECTIONS: usize = 3;
+const SHORT: f64 = 0.9;
 /// Part of the slope that a step has to gain (Armijo).
 const DECREASE: f64 = 1e-4;
 /// Rounding of the barrier function, relative to its size.
@@ -103,7 +106,7 @@ fn refine_in<const C: usize>(problem: &PathProblem, rows: &[f64], max_iterations
         return Refined { q: flat(&q, n), values, cost, residual, status, tightest: None };
     }
     let values = problem.values_at(&q);
-    let worst = values.iter().fold(0.0f64, |m, v| m.max(*v));
+    let worst = values.iter().fold(problem.slowest(&q), |m, v| m.max(*v));
     let common = Common { ceiling: worst + HEADROOM * worst.abs().max(LEAST_VALUE), widening: 0.0 };
     let mut solver = Solver { problem, constraints: constraints(problem, false), scale: 1.0 };
     let mut state = State { q, values, common, slack: Vec::new(), dual: Vec::new() };
@@ -144,7 +147,8 @@ fn flat<const C: usize>(q: &[[f64; C]], n: usize) -> Vec<f64> {
 
 impl<const C: usize> Solver<'_, C> {
     fn slacks(&self, q: &[[f64; C]], values: &[f64], common: &Common) -> Vec<f64> {
-        self.constraints.iter().map(|c| c.slack(self.problem, q, values, common)).collect()
+        let sides = self.problem.sides_at(q);
+        self.constraints.iter().map(|c| c.slack(self.problem, q, values, &sides, common)).collect()
     }
 
     /// What is minimised.
@@ -154,11 +158,7 @@ impl<const C: usize> Solver<'_, C> {
         for edge in 0..problem.edges() {
             motion += problem.joint_weights.squares(|k| problem.motion(q, edge, k)) / problem.steps[edge];
         }
-        let own = match (&problem.objective, problem.criterion) {
-            (None, _) => 0.0,
-            (_, Criterion::Minimax) => common.ceiling,
-            (_, Criterion::Integral) => problem.weights.iter().zip(values).map(|(w, v)| w * v).sum(),
-        };
+        let own = if problem.has_ceiling() { common.ceiling } else { problem.weights.iter().zip(values).map(|(w, v)| w * v).sum() };
         own + problem.smoothness() * motion + widening_weight(self.scale) * common.widening
     }
 
@@ -198,7 +198,7 @@ impl<const C: usize> Solver<'_, C> {
             }
             iterations += 1;
             let step = model.direction(self.problem, &points, &self.constraints);
-            let taken = step.is_some_and(|step| self.advance(&mut state, &step, mu));
+            let taken = step.is_some_and(|step| self.advance(&mut state, &points, &step, mu));
             if !taken {
                 // Rounding has the last word at this weight.
                 if mu <= last {
@@ -212,7 +212,7 @@ impl<const C: usize> Solver<'_, C> {
     }
 
     /// Takes the longest of the step, its half, ... that stays within everything and lowers the barrier function.
-    fn advance(&self, state: &mut State<C>, step: &Direction<C>, mu: f64) -> bool {
+    fn advance(&self, state: &mut State<C>, points: &[Point<C>], step: &Direction<C>, mu: f64) -> bool {
         let before = self.merit(&state.q, &state.values, &state.common, &state.slack, mu);
         let longest = step.dq.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
         let mut alpha = if longest > LONGEST { LONGEST / longest } else { 1.0 };
@@ -229,7 +229,7 @@ impl<const C: usize> Solver<'_, C> {
                     q[k] += alpha * dq[k];
                 }
             }
-            if self.problem.restore(&mut q) {
+            if self.problem.restore(&mut q) && self.corrected(&mut q, state, points, step, alpha) {
                 let values = self.problem.values_at(&q);
                 let common = moved(&state.common, &step.common, alpha);
                 let slack = self.slacks(&q, &values, &common);
@@ -244,6 +244,40 @@ impl<const C: usize> Solver<'_, C> {
             alpha *= 0.5;
         }
         false
+    }
+
+    /// Draws postures after a step to where the step was to bring them, as the bounds of a volume see it: along these, which are curved, a step would else be short.
+    /// Whether they stay on the path.
+    fn corrected(&self, q: &mut [[f64; C]], state: &State<C>, points: &[Point<C>], step: &Direction<C>, alpha: f64) -> bool {
+        let (n, r) = (self.problem.n(), self.problem.freedoms());
+        let common = moved(&state.common, &step.common, alpha);
+        for _ in 0..if self.problem.volume.is_some() { CORRECTIONS } else { 0 } {
+            let sides = self.problem.sides_at(q);
+            let mut changed = false;
+            for (i, c) in self.constraints.iter().enumerate().filter(|(_, c)| c.kind == Kind::Side) {
+                let wanted = state.slack[i] + alpha * step.slack[i];
+                let slack = c.slack(self.problem, q, &state.values, &sides, &common);
+                if slack > SHORT * wanted {
+                    continue;
+                }
+                let point = &points[c.point];
+                let gradient = point.side_gradient(c.joint);
+                let along: Vec<f64> = point.basis[..r].iter().map(|z| (0..n).map(|k| z[k] * gradient[k]).sum()).collect();
+                let square: f64 = along.iter().map(|x| x * x).sum();
+                if square > 0.0 {
+                    let factor = (wanted - slack) / square;
+                    (0..n).for_each(|k| q[c.point][k] += factor * point.basis[..r].iter().zip(&along).map(|(z, x)| x * z[k]).sum::<f64>());
+                    changed = true;
+                }
+            }
+            if !changed {
+                return true;
+            }
+            if !self.problem.restore(q) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Multipliers by their own Newton step, kept positive and near `mu / slack`.
@@ -267,7 +301,8 @@ impl<const C: usize> Solver<'_, C> {
         }
         let common = Common { widening: 0.0, ..state.common };
         let own = self.constraints.len() - 1;
-        let slack: Vec<f64> = self.constraints[..own].iter().map(|c| c.slack(self.problem, &state.q, &state.values, &common)).collect();
+        let mut slack = self.slacks(&state.q, &state.values, &common);
+        slack.truncate(own);
         if slack.iter().all(|s| *s > 0.0) {
             self.constraints.truncate(own);
             state.dual.truncate(own);

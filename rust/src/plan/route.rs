@@ -125,6 +125,11 @@ impl<'a> RouteFinder<'a> {
         self.fitting(&search, |graph, search| spread(graph, search, spins))
     }
 
+    /// The best routes through `spins` spins of every branch.
+    pub fn spread(&self, spins: usize) -> Vec<FoundRoute> {
+        self.fitting(&self.search, |graph, search| spread(graph, search, spins))
+    }
+
     /// Those of some routes that fit within limits, and close where the path does.
     fn fitting(&self, search: &Search, routes: impl Fn(&Graph, &Search) -> Vec<Route>) -> Vec<FoundRoute> {
         let graph = &self.graphs[0].graph;

@@ -21,11 +21,14 @@ pub enum Aim {
     Integral,
     /// The motion of the joints alone.
     Motion,
+    /// The largest constant speed of the tool, by the speeds of the joints.
+    Speed,
 }
 
 impl Aim {
     /// All of them, with the names that settings have for them.
-    pub const NAMED: [(&'static str, Self); 3] = [("minimax", Self::Minimax), ("integral", Self::Integral), ("motion", Self::Motion)];
+    pub const NAMED: [(&'static str, Self); 4] =
+        [("minimax", Self::Minimax), ("integral", Self::Integral), ("motion", Self::Motion), ("speed", Self::Speed)];
 
     /// The one of a name.
     ///
@@ -35,6 +38,11 @@ impl Aim {
         let known = Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, aim)| *aim);
         let expected = || Self::NAMED.map(|(name, _)| format!("'{name}'")).join(", ");
         known.ok_or_else(|| Error::value("criterion", format!("'{name}'"), &format!("one of {}", expected())))
+    }
+
+    /// Whether values of an objective count.
+    pub fn has_objective(self) -> bool {
+        matches!(self, Self::Minimax | Self::Integral)
     }
 
     /// Its name.
@@ -137,6 +145,13 @@ impl PlanSettings {
         if let Some((name, _)) = counts.iter().find(|(_, count)| *count == Some(0)) {
             return Err(Error::value(name, 0, "at least 1"));
         }
+        if self.criterion == Aim::Speed && self.reconfigurations {
+            return Err(Error::value(
+                "reconfigurations",
+                "True with the criterion 'speed'",
+                "False: a constant speed is one of a path that is not left",
+            ));
+        }
         match self.smoothness {
             Some(x) if !(x >= 0.0 && x.is_finite()) => return Err(Error::value("smoothness", shown(x), "a finite number of at least 0")),
             _ => {}
@@ -159,8 +174,8 @@ impl PlanSettings {
 
     /// Searches at most, for a robot with or without joints to spare.
     pub(super) fn searches(&self, spare: bool) -> usize {
-        // Grids with joints to spare are large, and of the motion alone it is not known whether more can be gained.
-        self.effort.unwrap_or(if spare || self.criterion == Aim::Motion { 1 } else { EFFORT })
+        // Grids with joints to spare are large, and of motion and speed it is not known whether more can be gained.
+        self.effort.unwrap_or(if spare || !self.criterion.has_objective() { 1 } else { EFFORT })
     }
 
     /// Whether the plan is proven.

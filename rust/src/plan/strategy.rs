@@ -22,6 +22,8 @@ const ROUNDS: usize = 8;
 const WANDERED: f64 = 0.5;
 /// How far in-between postures may be beyond a limit [rad or m]: the refinement brings them back.
 const BEYOND: f64 = 0.02;
+/// How far they may be outside a volume of orientations \[rad\].
+const OUTSIDE: f64 = 0.1;
 /// What the worst value of a route may exceed its minimum by: a grid's worst cell can force detours. The smoothest route comes first: if it
 /// leads to the bound, no other is better.
 const SLACKS: [f64; 3] = [0.1, 0.02, 0.0];
@@ -36,6 +38,8 @@ const LARGE: usize = 40_000_000;
 const WAYS: usize = 8;
 /// Spins of every branch at which ways of little motion are looked for.
 const SPINS: usize = 12;
+/// The same where the tool's speed is sought.
+const SPREAD: usize = 4;
 
 /// Routes that start at the same point; each may lead to the best.
 pub(super) type Rivals = Vec<Segment>;
@@ -101,7 +105,7 @@ pub(super) fn searched(problem: &PathProblem, known: &mut Layers, most: usize, h
     if found.len() != 1 {
         out.ways.clear();
     }
-    if known.has_spare() && problem.pins.is_empty() {
+    if known.has_spare() && problem.pins.is_empty() && problem.volume.is_none() {
         out.parts = or_followed(problem, known, out.parts, most, hooks)?;
     }
     Ok(out)
@@ -165,6 +169,7 @@ pub(super) fn is_worth_more(problem: &PathProblem, known: &mut Layers, parts: &[
         return Ok(true);
     }
     match problem.criterion {
+        Criterion::Minimax if problem.objective.is_none() => Ok(false),
         Criterion::Minimax => Ok(!part.is_within(least_of_hardest(known, hooks)?, GAP)),
         Criterion::Integral => {
             Ok(problem.objective.is_some() && part.cost - known.mean_of_best(&problem.weights) > MEAN_GAP * part.cost.abs())
@@ -209,6 +214,18 @@ pub(super) fn routes(
         if problem.timed && bounded && haste.is_finite() {
             // Cells are coarse beside what a joint may move: the refinement can slow down what a grid cannot.
             rivals.push(known.finder(points, closed, f64::INFINITY, hooks)?.find(slacks[0]));
+        }
+        let mut ways = ways;
+        if let Some(mut finder) = known.finder_of_speed(problem, points, closed, haste) {
+            rivals.extend(slacks.iter().map(|slack| finder.find(*slack)).filter(|route| route.cells.len() == points.len()));
+            ways.extend(if finder.steps() > LARGE { Vec::new() } else { [finder.ways(WAYS), finder.spread(SPREAD)].concat() });
+            let mut seen: Vec<FoundRoute> = Vec::new();
+            ways.retain(|way| {
+                seen.iter().all(|other| other.q != way.q) && {
+                    seen.push(way.clone());
+                    true
+                }
+            });
         }
         if hooks.edge_cost.is_some() {
             // The way that is best but for the caller's costs: a plan with them is to be no worse than one without.
@@ -281,10 +298,11 @@ pub(super) fn lost_points(problem: &PathProblem, segment: &Segment, hooks: &mut 
     let mut restored = q.clone();
     let mut kept = problem.restored(first, &mut restored);
     let limits = problem.robot.limits();
-    for ((kept, start), end) in kept.iter_mut().zip(q.chunks_exact(n)).zip(restored.chunks_exact(n)) {
+    for (i, ((kept, start), end)) in kept.iter_mut().zip(q.chunks_exact(n)).zip(restored.chunks_exact(n)).enumerate() {
         *kept &= end.iter().all(|x| x.is_finite());
         *kept &= start.iter().zip(end).all(|(a, b)| (a - b).abs() <= WANDERED);
         *kept &= !problem.limits || limits.margin(end) >= -BEYOND;
+        *kept &= problem.outside(first + i, end) <= OUTSIDE;
     }
     if hooks.feasible.is_some() {
         let asked: Vec<f64> = restored.chunks_exact(n).zip(&kept).filter(|(_, kept)| **kept).flat_map(|(row, _)| row).copied().collect();

@@ -108,6 +108,10 @@ pub(super) fn assembled(problem: &PathProblem, known: &mut Layers, parts: &[Part
             (value[i], status[i]) = (f64::NAN, SolveStatus::Unreachable);
         }
     }
+    if problem.pace.is_some() {
+        let worth = problem.worth(0, &q);
+        value.iter_mut().zip(worth).filter(|(value, _)| !value.is_nan()).for_each(|(value, worth)| *value = worth);
+    }
     infinite_values(problem, &q, &mut value, &status);
     let off = position_error.iter().chain(&axis_error).any(|error| *error > ON_PATH);
     let whole = parts.first().filter(|part| part.len() == count && !off && beyond.is_none());
@@ -161,7 +165,7 @@ fn within_limits(
         let mut there = row.to_vec();
         let inside = limits.pull_inside(&mut there)
             && lands(&problem.robot, &problem.task, &problem.targets[point], problem.length, true, &mut there)
-            && problem.allows_spin(point, &there)
+            && problem.allows_turn(point, &there)
             && hooks.all_allowed(&there, n)?;
         if inside {
             row.copy_from_slice(&there);
@@ -209,8 +213,10 @@ pub(super) fn violation(problem: &PathProblem, first: usize, q: &[f64], reached:
     let points = first..first + q.len() / n;
     let spun = |point: &usize| reached(*point) && !problem.allows_spin(*point, posture(*point));
     let spin = points.clone().find(spun).map(|point| PlanFailure::at(point, FailureCause::SpinRange));
+    let outside = |point: &usize| reached(*point) && problem.pins.posture(*point).is_none() && !problem.is_member(*point, posture(*point));
+    let volume = points.clone().find(outside).map(|point| PlanFailure::at(point, FailureCause::Volume));
     let motion = points.skip(1).find_map(too_far);
-    [motion, spin].into_iter().flatten().min_by_key(|failure| failure.point)
+    [motion, spin, volume].into_iter().flatten().min_by_key(|failure| failure.point)
 }
 
 /// Gives rows that are not known the nearest one that is, the earlier of two; the middle of the ranges where there is none.

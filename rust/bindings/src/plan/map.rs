@@ -11,7 +11,7 @@ use crate::robot::PyRobot;
 use crate::robot::frames::read_frames;
 use crate::task::PyTask;
 use redundancy::error::{Error, check_finite};
-use redundancy::plan::{Hooks, Lattice, SpareGrid};
+use redundancy::plan::{Hooks, Lattice, Members, SpareGrid};
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Causes<'py> = Bound<'py, PyArrayDyn<u8>>;
@@ -79,8 +79,9 @@ impl PyLattice {
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
         let task = task.plain("redundancy_map")?;
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
+        let members = Members::spins(task.spin_axis().unwrap_or([0.0, 0.0, 1.0]), &angles, true);
         let spare = ok(SpareGrid::at(&robot.robot, task, &spare, rows))?;
-        let lattice = Lattice::new(robot.robot.clone(), frames.into(), task, &angles, &spare, terms, limits);
+        let lattice = Lattice::new(robot.robot.clone(), frames.into(), task, members, &spare, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }
 

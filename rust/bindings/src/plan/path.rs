@@ -3,8 +3,9 @@
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use redundancy::error::Error;
+use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::Vec3;
-use redundancy::plan::{Path, point_weights, spin, spin_along, spin_frames, tools};
+use redundancy::plan::{Path, point_weights, spin, spin_along, spin_frames, tilt_heading_twist, tools, volume_frames};
 
 use super::frames::{read_vectors, rotations};
 use crate::array::{Rows, read_any, read_list, read_rows, vector};
@@ -69,16 +70,26 @@ impl PyPath {
     ///     If the task is neither axisymmetric nor full, the rotations that it needs are missing, or a closed path does not end where it starts.
     #[pyo3(signature = (task, closed=false))]
     fn frames<'py>(&self, py: Python<'py>, task: &PyTask, closed: bool) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        matrices(py, &spin_frames(&self.path, task.plain("a path's frames")?, closed)?)
+        matrices(py, &self.seen_in(task, closed)?)
     }
 
     /// The spins of the tool at postures (N, n) against the frames at spin 0 [rad], shape (N,), from -pi to pi.
     fn spins<'py>(&self, py: Python<'py>, robot: &PyRobot, task: &PyTask, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let frames = spin_frames(&self.path, task.plain("a path's frames")?, false)?;
-        let axis = task.plain("a path's spins")?.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
+        let frames = self.seen_in(task, false)?;
+        let axis = task.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let tools = tools(&robot.robot, &self.postures(robot, q)?);
-        let spins: Vec<f64> = frames.iter().zip(&tools).map(|(frame, tool)| spin(frame, tool, axis)).collect();
+        let of = |(frame, tool)| if task.volume.is_some() { tilt_heading_twist(frame, tool)[2] } else { spin(frame, tool, axis) };
+        let spins: Vec<f64> = frames.iter().zip(&tools).map(of).collect();
         Ok(vector(py, &spins))
+    }
+
+    /// Tilt of the tool's z axis at postures (N, n), its heading from x to y and its twist about z, in the frames that a task is seen in [rad],
+    /// shape (N, 3). Where the tilt is 0 the heading is as rounding leaves it.
+    fn tilts<'py>(&self, py: Python<'py>, robot: &PyRobot, task: &PyTask, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let frames = self.seen_in(task, false)?;
+        let tools = tools(&robot.robot, &self.postures(robot, q)?);
+        let rows: Vec<f64> = frames.iter().zip(&tools).flat_map(|(frame, tool)| tilt_heading_twist(frame, tool)).collect();
+        rows_array(py, &rows, 3)
     }
 
     /// How far the tool has turned about the path's axis since the first point at postures (N, n) [rad], shape (N,), unwrapped.
@@ -93,6 +104,13 @@ impl PyPath {
 }
 
 impl PyPath {
+    /// The frames at spin 0; of a volume those that it is seen in, with its reference.
+    fn seen_in(&self, task: &PyTask, closed: bool) -> PyResult<Vec<Frame>> {
+        let Some(volume) = &task.volume else { return Ok(spin_frames(&self.path, &task.task, closed)?) };
+        let reference = Frame { axes: volume.reference().axes(), origin: [0.0; 3] };
+        Ok(volume_frames(&self.path, volume, closed)?.iter().map(|frame| frame.compose(&reference)).collect())
+    }
+
     /// Postures, one a point.
     fn postures(&self, robot: &PyRobot, q: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         let n = robot.robot.n();

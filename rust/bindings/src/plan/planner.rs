@@ -116,7 +116,11 @@ pub fn plan_path(
     let n = robot.robot.n();
     let objective = objective.as_ref().map(Py::get);
     let terms = objective.map(|objective| objective.objective.clone());
-    let mut planner = Planner::new(robot.robot.clone(), path.path.clone(), *task.plain("plan")?, terms, settings.settings.clone())?;
+    let (arm, along, settings) = (robot.robot.clone(), path.path.clone(), settings.settings.clone());
+    let mut planner = match &task.volume {
+        Some(volume) => Planner::within(arm, along, volume, terms, settings)?,
+        None => Planner::new(arm, along, task.task, terms, settings)?,
+    };
     if let Some((path, q)) = &warm_start {
         planner = planner.with_warm_start(earlier(path, q, n)?);
     }

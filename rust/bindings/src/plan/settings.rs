@@ -116,7 +116,7 @@ impl PyPlanSettings {
         Ok(Self { settings: PlanSettings { criterion: Aim::named(criterion)?, ..self.settings.clone() } })
     }
 
-    /// "minimax", "integral" or "motion".
+    /// "minimax", "integral", "motion" or "speed".
     #[getter]
     fn criterion(&self) -> &'static str {
         self.settings.criterion.name()

@@ -4,8 +4,9 @@ use super::{Cause, Cells, Lattice, Slice, distance};
 use crate::error::Result;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::Vec3;
-use crate::plan::frames::{spin, tools};
+use crate::plan::frames::tools;
 use crate::plan::hooks::{Hooks, PlanError};
+use crate::plan::members::Members;
 
 impl Lattice {
     /// The cells of a point at one spin beside the grid, in place of those at the spin next to it; without what the caller refuses.
@@ -16,9 +17,9 @@ impl Lattice {
         axis: Vec3,
         hooks: &mut Hooks,
     ) -> std::result::Result<Cells, PlanError> {
-        let turn = Frame::rotation(axis, spin);
-        let (a, b, angle) = (self.turns.len(), self.branches, self.nearest_angle(&turn, axis));
-        let alone = Self { turns: vec![turn], ..self.clone() };
+        let members = Members::spins(axis, &[spin], false);
+        let (a, b, angle) = (self.members.turns.len(), self.branches, self.members.nearest(&members.turns[0]).1);
+        let alone = Self { members, ..self.clone() };
         let found = alone.allowed_cells(&[point], hooks)?.swap_remove(0);
         let place = |cell: usize| (cell / b * a + angle) * b + cell % b;
         let mut cause = vec![Cause::Unreachable as u8; self.cells()];
@@ -30,13 +31,14 @@ impl Lattice {
     ///
     /// # Errors
     /// As [`Robot::with_fixed`].
-    pub(in crate::plan) fn cells_at_posture(&self, point: usize, q: &[f64], axis: Vec3, value: f64) -> Result<Cells> {
+    pub(in crate::plan) fn cells_at_posture(&self, point: usize, q: &[f64], value: f64) -> Result<Cells> {
         let tool = tools(&self.robot, q)[0];
         let turn = Frame { axes: tool.axes.map(|axis| self.frames[point].unrotate(axis)), origin: [0.0; 3] };
         let apart = |slice: &Slice| slice.held.iter().map(|&(joint, x)| (x - q[joint]).powi(2)).sum::<f64>();
         let nearest = (0..self.slices.len()).min_by(|&i, &j| apart(&self.slices[i]).total_cmp(&apart(&self.slices[j]))).unwrap_or(0);
-        let cell =
-            ((nearest * self.turns.len() + self.nearest_angle(&turn, axis)) * self.branches + self.branch_of(nearest, &tool, q)?) as u32;
+        let (tilt, angle) = self.members.nearest(&turn);
+        let sample = nearest * self.members.turns.len() + tilt * self.angles() + angle;
+        let cell = (sample * self.branches + self.branch_of(nearest, &tool, q)?) as u32;
         let mut cause = vec![Cause::Unreachable as u8; self.cells()];
         let open = value.is_finite();
         cause[cell as usize] = if open { Cause::Feasible } else { Cause::Singular } as u8;
@@ -56,11 +58,5 @@ impl Lattice {
             (k, distance(&row, q))
         });
         Ok(apart.reduce(|a, b| if b.1 < a.1 { b } else { a }).map_or(0, |(k, _)| usize::from(found.branch[k])))
-    }
-
-    /// The spin of the grid that is nearest to a turn of the tool.
-    fn nearest_angle(&self, turn: &Frame, axis: Vec3) -> usize {
-        let apart = |i: usize| spin(&self.turns[i], turn, axis).abs();
-        (0..self.turns.len()).min_by(|&i, &j| apart(i).total_cmp(&apart(j))).unwrap_or(0)
     }
 }

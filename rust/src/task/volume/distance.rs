@@ -7,7 +7,7 @@ use crate::linalg::vector::{Vec3, cross, dot, norm, perpendicular, scale, sub, u
 use product::Lie;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::range::Range;
+use super::range::{Range, wrap};
 
 /// Directions this close to opposite \[rad\] have no shortest way between them.
 const OPPOSITE: f64 = 1e-9;
@@ -38,6 +38,25 @@ impl OrientationVolume {
     /// The orientation seen in the reference.
     pub(super) fn seen(&self, q: &Quaternion) -> Quaternion {
         self.reference.conjugate().product(q)
+    }
+
+    /// The tool's axis seen in the reference, and the spin \[rad\] about it: of pyramids c of Qx(a) Qy(b) Qz(c), of the rest the twist about z.
+    pub fn pointing(&self, q: &Quaternion) -> (Vec3, f64) {
+        let seen = self.seen(q);
+        let spin = match &self.shape {
+            Shape::Pyramid(_) => {
+                let [x, y, _] = seen.axes();
+                (-y[0]).atan2(x[0])
+            }
+            _ => wrap(twist::twist(&seen)),
+        };
+        (seen.rotate(Z), spin)
+    }
+
+    /// \[cos(spin/2), sin(spin/2) z'\]: a picture of an orientation in the unit ball (From and Gravdahl 2007, eq. 8 and 10).
+    pub fn visualising(&self, q: &Quaternion) -> Quaternion {
+        let (direction, spin) = self.pointing(q);
+        Quaternion::about(direction, spin)
     }
 
     /// Whether an orientation is at most `tolerance` \[rad\] from a member.
@@ -97,7 +116,8 @@ impl OrientationVolume {
     /// three rotations whose axes do not come to lie in a plane; it is minus infinity where nothing bounds.
     pub fn signed(&self, q: &Quaternion) -> SignedDistance {
         let nearest = self.nearest(q);
-        if nearest.distance > 0.0 && !self.is_within(q, &nearest) {
+        // What is left of a member that was decomposed is rounding.
+        if nearest.distance > product::EXACT {
             return SignedDistance { value: nearest.distance, gradient: away(&nearest.orientation, q) };
         }
         let seen = self.seen(q);
@@ -112,11 +132,6 @@ impl OrientationVolume {
             }
             None => SignedDistance { value: f64::NEG_INFINITY, gradient: [0.0; 3] },
         }
-    }
-
-    /// Whether a distance is what decomposing a member leaves.
-    fn is_within(&self, _: &Quaternion, nearest: &Nearest) -> bool {
-        nearest.distance <= product::EXACT
     }
 
     /// Offers what bounds the volume, as seen from inside; whether that is known.

@@ -13,7 +13,7 @@ use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{cross, dot, scale, sub};
 
 /// A distance \[rad\] that is rounding.
-pub(super) const EXACT: f64 = 1e-15;
+pub(super) const EXACT: f64 = 1e-14;
 
 /// A distance \[rad\] from which angles found near a singular middle angle are worth another round.
 const NEARLY: f64 = 1e-6;
