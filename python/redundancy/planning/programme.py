@@ -31,12 +31,17 @@ class MotionLimits:
     low: F64
     high: F64
 
-    def demand(self, motion: Motion) -> float:
-        """Return the largest 1/v^2 that a motion demands [s^2/m^2]; inf where it cannot even rest."""
+    def speeds(self, motion: Motion) -> F64:
+        """Return the largest speeds that points allow [m/s], shape (N,); 0 where a robot cannot even rest."""
         speeds = [motion.by_rate(self.rate), motion.by_acceleration(self.acceleration)]
         if self.function is not None:
             speeds.append(motion.by_torque(self.function, self.torque))
-        slowest = min(float(speed.min()) for speed in speeds)
+        slowest: F64 = np.min(speeds, axis=(0, 2))
+        return slowest
+
+    def demand(self, motion: Motion) -> float:
+        """Return the largest 1/v^2 that a motion demands [s^2/m^2]; inf where it cannot even rest."""
+        slowest = float(self.speeds(motion).min())
         return np.inf if slowest == 0.0 else 1.0 / slowest**2
 
 

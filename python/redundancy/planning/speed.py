@@ -1,7 +1,7 @@
 """The fastest motion within a tolerance: spin and tilt along a path for the largest constant speed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,14 +14,14 @@ from ..loops import ConstantSpeed, constant_speed
 from ..paths import Toolpath, Trajectory, differences, length_along
 from ..robots import Dynamics, TorqueFunction, checked_limit, torques_of
 from .numbers import core_path
-from .plan import plan
 from .programme import Linear, MotionLimits, least_demand
+from .result import Plan
 from .tolerance import STEP, Postures, splines
 
 MEMBER = 1e-10
 """How far outside a volume an orientation counts as a member [rad]: a tenth of what plans promise."""
 
-GAIN = 1e-6
+GAIN = 1e-4
 """Share of 1/v^2 below which a step is no gain."""
 
 FIRST_RADIUS, SMALLEST_RADIUS = 0.05, 1e-5
@@ -49,7 +49,8 @@ class Fastest:
     Attributes
     ----------
     trajectory : Trajectory
-        Postures along the path; the rotations of its ``path`` are those of the tool, members of the volume.
+        Postures along the path; the rotations of its ``path`` are those of the tool, members of the volume. Its
+        ``value`` is the time that each point wants for a metre [s/m].
     speed : ConstantSpeed
         Its largest constant speed, and by each criterion.
     start_speeds : tuple of float
@@ -146,6 +147,8 @@ def fastest(
         path = path.oriented(core_path(path).frames(Task.axisymmetric()))
     starts = [start] if isinstance(start, Trajectory) else list(start or [])
     if not starts:
+        from .plan import plan  # which asks this room for torques
+
         starts = [plan(robot, path, Task.full(), criterion="motion", limits=limits, progress=False)]
     search = _Search(robot, path, volume, bounds, knots)
     given = [search.given(_postures(start, path, robot)) for start in starts]
@@ -159,11 +162,69 @@ def fastest(
     best = min(found, key=lambda state: state.w)
     if np.isinf(best.w):
         raise InvalidValueError("start: none can be brought into the volume and moved within limits")
-    trajectory = _trajectory(robot, path.oriented(search.postures.rotation(best.angles)), best.q)
+    with np.errstate(divide="ignore"):
+        value = 1.0 / bounds.speeds(search.postures.motion(best.q))
+    trajectory = _trajectory(robot, path.oriented(search.postures.rotation(best.angles)), best.q, value)
     speed = constant_speed(
         robot, trajectory, torque, torque_limit=torque_limit, rate=bounds.rate, acceleration=acceleration
     )
     return Fastest(trajectory, speed, tuple(float(state.w**-0.5) for state in given), solved)
+
+
+def faster(
+    plan: Plan,
+    task: Task,
+    *,
+    torque: Dynamics | TorqueFunction | None,
+    torque_limit: ArrayLike | None,
+    acceleration: ArrayLike | None,
+    limits: bool,
+) -> Plan:
+    """Return a plan by joint rates brought to the largest constant speed by torques and accelerations too.
+
+    Parameters
+    ----------
+    plan : Plan
+        Where to start; returned as it is where it failed.
+    task : Task
+        Its task, `Task.within` a volume.
+    torque, torque_limit, acceleration, limits
+        As for `fastest`.
+
+    Returns
+    -------
+    Plan
+        With the criteria's time for a metre [s/m] as ``value``; what belongs to the search by rates is left out.
+    """
+    volume = task.volume
+    if volume is None:
+        raise InvalidValueError("torque and acceleration are for tasks within a volume, expected Task.within")
+    if plan.failure is not None:
+        return plan
+    found = fastest(
+        plan.robot,
+        plan.path,
+        volume,
+        torque=torque,
+        torque_limit=torque_limit,
+        acceleration=acceleration,
+        start=plan,
+        limits=limits,
+    ).trajectory
+    kappa = ConditionNumber(plan.length or 1.0).evaluate_many(plan.robot, found.q, 0)[0]
+    largest = float(found.value.max())
+    return replace(
+        plan,
+        q=found.q,
+        condition_number=kappa,
+        value=found.value,
+        position_error=found.position_error,
+        cost=largest,
+        bound=np.nan,
+        residual=np.nan,
+        motion=np.nan,
+        ways=(),
+    )
 
 
 def _limits(
@@ -199,8 +260,7 @@ def _postures(start: Trajectory, path: Toolpath, robot: Robot) -> F64:
     return start.q
 
 
-def _trajectory(robot: Robot, path: Toolpath, q: F64) -> Trajectory:
-    """Return postures as a trajectory; its value is 0, as no objective is meant."""
+def _trajectory(robot: Robot, path: Toolpath, q: F64, value: F64) -> Trajectory:
     assert path.rotation is not None
     pose = robot.fk(q)
     angle = axis_angle(pose[:, :3, :3] @ path.rotation.transpose(0, 2, 1))[1]
@@ -209,7 +269,7 @@ def _trajectory(robot: Robot, path: Toolpath, q: F64) -> Trajectory:
         path,
         q,
         ConditionNumber(1.0).evaluate_many(robot, q, 0)[0],
-        np.zeros(len(q)),
+        value,
         np.linalg.norm(pose[:, :3, 3] - path.position, axis=1),
         angle,
         ["on target"] * len(q),
