@@ -119,7 +119,7 @@ def constant_speed(
     >>> plan = rd.plan(robot, path, rd.Task.full(), criterion="motion")
     >>> found = rd.constant_speed(robot, plan)
     >>> found.criterion, round(found.speed, 2)
-    ('rate', 1.0)
+    ('rate', 1.02)
     """
     motion = Motion.of(robot, trajectory)
     criteria = {"rate": _smallest(motion.by_rate(robot.qd_max if rate is None else rate))}
