@@ -1,4 +1,4 @@
-"""Paint a panel with a UR5e: orientation held, a rule by the place on the surface, the fastest motion within 10 degrees."""
+"""Paint a panel with a UR5e: orientation held, a rule by the place on the surface, the fastest within 10 degrees."""
 
 import numpy as np
 import redundancy as rd

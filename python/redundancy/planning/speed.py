@@ -84,12 +84,12 @@ def fastest(
     robot: Robot,
     path: Toolpath,
     volume: Volume,
+    start: Trajectory | Sequence[Trajectory],
     *,
     torque: Dynamics | TorqueFunction | None = None,
     torque_limit: ArrayLike | None = None,
     rate: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
-    start: Trajectory | Sequence[Trajectory] | None = None,
     limits: bool = True,
     knots: float = KNOTS,
     max_iterations: int = 100,
@@ -112,11 +112,10 @@ def fastest(
     volume : OrientationVolume
         Allowed orientations of the tool relative to the path's frame: those that stay members on the way to no tilt (or
         to no tilt and no spin), as cones, pyramids and squares do.
+    start : Trajectory or sequence of Trajectory
+        Where to start, such as plans and motions by rules: postures along the same points. The best result is kept.
     torque, torque_limit, rate, acceleration
         Criteria, as in `constant_speed`; for torques alone give infinite rates.
-    start : Trajectory or sequence of Trajectory, optional
-        Where to start, such as plans and rules: postures along the same points. The best result is kept. If not given,
-        the plan of least motion with the path's orientations.
     limits : bool
         Whether position limits hold.
     knots : float
@@ -145,11 +144,9 @@ def fastest(
     bounds = _limits(robot, torque, torque_limit, rate, acceleration, limits)
     if path.rotation is None:
         path = path.oriented(core_path(path).frames(Task.axisymmetric()))
-    starts = [start] if isinstance(start, Trajectory) else list(start or [])
+    starts = [start] if isinstance(start, Trajectory) else list(start)
     if not starts:
-        from .plan import plan  # which asks this room for torques
-
-        starts = [plan(robot, path, Task.full(), criterion="motion", limits=limits, progress=False)]
+        raise InvalidValueError("start has no trajectory, expected at least one")
     search = _Search(robot, path, volume, bounds, knots)
     given = [search.given(_postures(start, path, robot)) for start in starts]
     found, solved = list(given), 0
