@@ -193,6 +193,5 @@ def speeds(robot: rd.Robot, motion: rd.Trajectory) -> dict[str, float]:
     """Return the largest constant speeds of a motion [m/s] by criterion."""
     found = rd.constant_speed(robot, motion, dynamics())
     torque, rate = (found.criteria[name].joint_speed for name in ("torque", "rate"))
-    return dict(
-        zip(CRITERIA, map(float, (torque[0], torque[:2].min(), torque.min(), rate[0], rate.min())), strict=True)
-    )
+    values = (torque[0], torque[:2].min(), torque.min(), rate[0], rate.min())
+    return {**dict(zip(CRITERIA, map(float, values), strict=True)), "all": found.speed}

@@ -38,7 +38,7 @@ def draw(folder: Path) -> None:
 
 def _paths(scenario: Scenario) -> Figure:
     """Draw the tool's path and those of the wrist from above (Fig. 3)."""
-    figure = Figure(figsize=(7.0, 3.9), layout="constrained")
+    figure = Figure(figsize=(7.0, 2.3), layout="constrained")
     panels = figure.subplots(1, 4, sharex=True, sharey=True)
     flange = np.linalg.inv(scenario.robot.tool)
     for panel, (name, motion) in zip(panels, motions(scenario).items(), strict=True):
@@ -50,7 +50,7 @@ def _paths(scenario: Scenario) -> Figure:
         panel.set(aspect="equal", xlabel="x [m]", title=name)
         panel.xaxis.set_major_locator(mpl.ticker.MultipleLocator(0.4))
         panel.yaxis.set_major_locator(mpl.ticker.MultipleLocator(0.2))
-        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), fontsize=8.0)
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.5), fontsize=8.0)
     panels[0].set(ylabel="y [m]")
     return figure
 
@@ -67,7 +67,7 @@ def _orientations(scenario: Scenario) -> Figure:
         along = np.linspace(0.0, motion.path.length, len(motion))
         for panel, curve in zip(panels, curves, strict=True):
             panel.plot(along, curve, color=COLORS[name], label=name)
-    for panel, label in zip(panels, ("tilt, part about x", "tilt, part about y", "tilt", "spin"), strict=True):
+    for panel, label in zip(panels, ("tilt about x", "tilt about y", "tilt", "spin"), strict=True):
         panel.set(ylabel=f"{label} [deg]")
     panels[-1].set(xlabel="length of the path [m]")
     panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
