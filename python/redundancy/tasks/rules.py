@@ -15,7 +15,7 @@ UPRIGHT = 1e-6
 """Cosine to the first joint's axis below which a tool points neither up nor down: half of single precision's digits."""
 
 ON_AXIS = 1e-9
-"""Offset of the tool point from the last joint's axis [m] below which the tool is mounted on it: less than is built."""
+"""Offset of the flange from the tool's axis [m] below which it is on neither side: less than is built."""
 
 
 class PointingRule:
@@ -56,8 +56,8 @@ class PointingRule:
         Parameters
         ----------
         robot : Robot
-            With its tool and its base. The wrist is beyond the tool point where the axis of the last joint passes it on
-            the negative side of the tool frame's x axis; a tool on that axis counts as "inside".
+            With its tool and its base. The wrist is beyond the tool point where the flange is on the negative side of
+            the tool frame's x axis; a flange on neither side counts as "inside".
 
         Returns
         -------
