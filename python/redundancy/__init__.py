@@ -78,29 +78,34 @@ from .errors import (
     UnknownRobotError,
 )
 from .loops import (
+    ConstantSpeed,
     CyclicStart,
+    SpeedLimit,
     StartSearch,
     Tracking,
     best_start,
+    constant_speed,
     cyclic_start,
     follow,
     stiffness_profile,
     track,
 )
 from .paths import Toolpath, Trajectory
-from .planning import Plan, PlanFailure, RedundancyMap, Transfer, plan, redundancy_map
-from .robots import on_rail, with_turntable
-from .tasks import quaternion
+from .planning import Fastest, Plan, PlanFailure, RedundancyMap, Transfer, fastest, plan, redundancy_map
+from .robots import PinocchioDynamics, on_rail, with_turntable
+from .tasks import PointingRule, SurfaceRule, quaternion
 
 __all__ = [
     "Body",
     "ConditionNumber",
+    "ConstantSpeed",
     "Controller",
     "Convergence",
     "CoordinateDescent",
     "CustomIndex",
     "CyclicStart",
     "Elimination",
+    "Fastest",
     "FrameTask",
     "GradientProjection",
     "Householder",
@@ -115,9 +120,11 @@ __all__ = [
     "Objective",
     "OrientationVolume",
     "OrthogonalSQP",
+    "PinocchioDynamics",
     "Plan",
     "PlanFailure",
     "PlanarTetrahedron",
+    "PointingRule",
     "PoseSolution",
     "PosturePull",
     "PostureResult",
@@ -134,7 +141,9 @@ __all__ = [
     "ShapeError",
     "SingularityParameter",
     "SmallestSingularValue",
+    "SpeedLimit",
     "StartSearch",
+    "SurfaceRule",
     "Task",
     "TaskPriority",
     "Toolpath",
@@ -152,8 +161,10 @@ __all__ = [
     "build_profile",
     "capsules_along_links",
     "characteristic_length",
+    "constant_speed",
     "cyclic_start",
     "error_bounds",
+    "fastest",
     "follow",
     "isotropy",
     "maximum_manipulability",

@@ -3,7 +3,7 @@
 from .arrays import F64, checked
 from .joints import JOINTS, Joints, checked_joints, coordinates_of, kinds_of, limits_of, names_of
 from .progress import progress_bar
-from .rotations import axis_angle, between, turns
+from .rotations import axis_angle, between, checked_pose, turns
 
 __all__ = [
     "F64",
@@ -13,6 +13,7 @@ __all__ = [
     "between",
     "checked",
     "checked_joints",
+    "checked_pose",
     "coordinates_of",
     "kinds_of",
     "limits_of",

@@ -1,8 +1,42 @@
 """Rotations about an axis, and what belongs to an axis."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .arrays import F64
+from ..errors import InvalidValueError
+from .arrays import F64, checked
+
+ORTHOGONAL = 1e-6
+"""How far the products of a rotation's columns may be from those of an orthogonal matrix: data of single precision."""
+
+
+def checked_pose(name: str, value: ArrayLike) -> F64:
+    """Copy an array-like into a pose.
+
+    Parameters
+    ----------
+    name : str
+        Name for the error message.
+    value : array_like
+        The numbers.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        Read-only.
+
+    Raises
+    ------
+    InvalidValueError, ShapeError, NonFiniteError
+        If these are no finite numbers of that shape, the last row is not 0, 0, 0, 1 or the rotation is none.
+    """
+    pose = checked(name, value, (4, 4))
+    rotation = pose[:3, :3]
+    if (pose[3] != [0.0, 0.0, 0.0, 1.0]).any():
+        raise InvalidValueError(f"{name}[3] is {pose[3].tolist()}, expected [0, 0, 0, 1]")
+    if np.abs(rotation.T @ rotation - np.eye(3)).max() > ORTHOGONAL or np.linalg.det(rotation) < 0.0:
+        raise InvalidValueError(f"{name} has the rotation {rotation.tolist()}, expected an orthogonal matrix")
+    return pose
 
 
 def turns(axis: F64, angle: F64) -> F64:

@@ -2,14 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import Task, perpendicular, transport
-from .._util import F64, checked
+from .._util import F64, checked, checked_pose
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import Table, path_source, read_document, read_toolpath, write_toolpath
+from .raster import points_along, raster_corners, rounded
 from .rates import twists
 
 
@@ -184,6 +186,27 @@ class Toolpath:
         start = checked("first", first, (3, 3))
         return Toolpath(self.position, self.axis, transport(self.axis) @ start, self.time)
 
+    def oriented(self, rotation: ArrayLike) -> "Toolpath":
+        """Return the same path with other orientations of the tool, whose z axes become its axis.
+
+        Parameters
+        ----------
+        rotation : array_like, shape (N, 3, 3)
+            Orientations of the tool frame, as those of `SurfaceRule` or of `PointingRule`.
+
+        Returns
+        -------
+        Toolpath
+            With ``rotation``.
+
+        Raises
+        ------
+        ShapeError, NonFiniteError, InvalidValueError
+            As for a path made of these.
+        """
+        turned = checked("rotation", rotation, (len(self), 3, 3))
+        return Toolpath(self.position, turned[:, :, 2], turned, self.time)
+
     @classmethod
     def helix(
         cls,
@@ -242,6 +265,76 @@ class Toolpath:
         outward = np.stack([np.cos(offset - phi), np.zeros(points), np.sin(offset - phi)], axis=1)
         position = middle + radius * outward + np.outer(pitch * phi, [0.0, 1.0, 0.0])
         return cls(position, 0.0 - outward, time=None if duration is None else np.linspace(0.0, duration, points))
+
+    @classmethod
+    def raster(
+        cls,
+        size: tuple[float, float],
+        rows: int,
+        fillet: float,
+        spacing: float,
+        along: Literal["x", "y"] = "x",
+        frame: ArrayLike | None = None,
+        speed: float | None = None,
+    ) -> "Toolpath":
+        """Return parallel lines over a rectangle, back and forth, with rounded corners.
+
+        It begins at the corner of least x and y. The tool's axis points against the z axis of the frame, its
+        orientation is that of the frame after a half turn about y (From and Gravdahl, eq. 48).
+
+        Parameters
+        ----------
+        size : tuple of float
+            Sides of the rectangle along x and along y [m].
+        rows : int
+            Number of lines; a single one is in the middle.
+        fillet : float
+            Radius of the corners [m]; with 0 they are sharp, and a constant speed has no finite acceleration there.
+        spacing : float
+            Largest distance from point to point along the path [m]; all are equal.
+        along : {"x", "y"}
+            Direction of the lines.
+        frame : array_like, shape (4, 4), optional
+            Pose of the rectangle: its middle, and its outward normal as z axis; the base frame if not given.
+        speed : float, optional
+            Constant speed [m/s]: gives the path times, by its exact length; none if not given.
+
+        Returns
+        -------
+        Toolpath
+            With rotations.
+
+        Raises
+        ------
+        ShapeError, NonFiniteError
+            If an array has the wrong shape or a number is NaN or infinite.
+        InvalidValueError
+            If a size, the number of lines, the spacing or the speed is not above 0, the fillet is negative or too large
+            for the lines or their distance, or the frame is no pose.
+        """
+        sides = checked("size", size, (2,))
+        for name, value in {"rows": rows, "fillet": fillet, "spacing": spacing}.items():
+            checked(name, value, ())
+        for name, value in {"size[0]": sides[0], "size[1]": sides[1], "rows": rows, "spacing": spacing}.items():
+            if not value > 0.0:
+                raise InvalidValueError(f"{name} is {value}, expected a number above 0")
+        if int(rows) != rows:
+            raise InvalidValueError(f"rows is {rows}, expected a whole number")
+        if fillet < 0.0:
+            raise InvalidValueError(f"fillet is {fillet}, expected a number from 0 up")
+        if along not in ("x", "y"):
+            raise InvalidValueError(f"along is {along!r}, expected 'x' or 'y'")
+        if speed is not None and not checked("speed", speed, ()) > 0.0:
+            raise InvalidValueError(f"speed is {speed}, expected a number above 0")
+        pose = np.eye(4) if frame is None else checked_pose("frame", frame)
+        swap = [0, 1] if along == "x" else [1, 0]
+        plane, length = points_along(
+            rounded(raster_corners((sides[swap[0]], sides[swap[1]]), int(rows)), fillet), spacing
+        )
+        position = pose[:3, 3] + plane[:, swap] @ pose[:3, :2].T
+        tool = pose[:3, :3] * [-1.0, 1.0, -1.0]
+        rotation = np.broadcast_to(tool, (len(position), 3, 3))
+        return cls(position, rotation[:, :, 2], rotation, None if speed is None else length / speed)
 
     @classmethod
     def read(cls, file: str | Path) -> "Toolpath":

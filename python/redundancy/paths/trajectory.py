@@ -1,17 +1,21 @@
 """What a robot does along a toolpath."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import plots, robots
 from .._core import PathData, Robot
-from .._util import F64, Joints
+from .._util import F64, Joints, checked
 from ..errors import InvalidValueError, RedundancyError, ToolpathError
 from ..files import TrajectoryColumns, formatted, read_trajectory, write_atomically
+from ..robots import Dynamics, TorqueFunction
+from .motion import length_along
+from .optimal_times import MotionBounds, least_times
 from .toolpath import Toolpath
 
 if TYPE_CHECKING:
@@ -167,6 +171,68 @@ class Trajectory:
         along the path by the smallest rotation from each axis to the next; a tool that does not spin keeps 0.
         """
         return PathData(self.path.position, self.path.axis).spin_along(self.robot, self.q)
+
+    def timed(
+        self,
+        speed: float | None = None,
+        *,
+        method: Literal["constant", "toppra"] = "constant",
+        rate: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        torque: Dynamics | TorqueFunction | None = None,
+        torque_limit: ArrayLike | None = None,
+        start_speed: float = 0.0,
+        end_speed: float = 0.0,
+    ) -> Self:
+        """Return the trajectory with times: at a constant speed of the tool, or as fast as limits allow.
+
+        Parameters
+        ----------
+        speed : float, optional
+            Constant speed of the tool point [m/s], such as that of `constant_speed`; for "constant" alone.
+        method : {"constant", "toppra"}
+            "toppra": time-optimal along the postures (Pham and Pham 2018), which a cubic spline joins.
+        rate, acceleration : array_like, shape (n,), optional
+            Largest joint rates and accelerations, for "toppra"; ``robot.qd_max`` and none if not given.
+        torque, torque_limit
+            Dynamics and largest torques, for "toppra", as in `constant_speed`; friction may be part of them.
+        start_speed, end_speed : float
+            Speeds of the tool point at both ends [m/s], for "toppra".
+
+        Returns
+        -------
+        Trajectory
+            The same with ``time``, from 0.
+
+        Raises
+        ------
+        ImportError
+            If toppra is not installed (``pip install redundancy[timing]``), for that method.
+        ShapeError, InvalidValueError
+            If an argument is wrong or misplaced, the tool point rests on the way, or no motion keeps the limits.
+        """
+        s = length_along(self.path.position)
+        if method == "constant":
+            if speed is None or not checked("speed", speed, ()) > 0.0:
+                raise InvalidValueError(f"speed is {speed}, expected a number above 0")
+            return self._with_time(s / speed)
+        if method != "toppra":
+            raise InvalidValueError(f"method is {method!r}, expected 'constant' or 'toppra'")
+        if speed is not None:
+            raise InvalidValueError(f"speed is {speed} for method 'toppra', expected none")
+        if self.unreachable:
+            raise InvalidValueError(f"trajectory does not reach point {self.unreachable[0]}, expected all points")
+        n = self.robot.n
+        limits = MotionBounds(
+            robots.checked_limit("rate", self.robot.qd_max if rate is None else rate, n),
+            None if acceleration is None else robots.checked_limit("acceleration", acceleration, n),
+            None if torque is None else robots.torques_of(torque, torque_limit, n),
+        )
+        return self._with_time(least_times(s, self.q, limits, start_speed, end_speed))
+
+    def _with_time(self, time: F64) -> Self:
+        path = Toolpath(self.path.position, self.path.axis, self.path.rotation, time)
+        return replace(self, path=path)
 
     @classmethod
     def read(cls, file: str | Path, robot: Robot | None = None) -> "Trajectory":

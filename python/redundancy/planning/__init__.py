@@ -5,9 +5,12 @@ from .map import Predicate, RedundancyMap, redundancy_map
 from .numbers import core_path
 from .plan import plan, plan_by
 from .result import Plan, Way
+from .speed import Fastest, fastest
+from .tolerance import tilt_and_spin
 from .transfer import Transfer
 
 __all__ = [
+    "Fastest",
     "Plan",
     "PlanFailure",
     "PlanSettings",
@@ -16,7 +19,9 @@ __all__ = [
     "Transfer",
     "Way",
     "core_path",
+    "fastest",
     "plan",
     "plan_by",
     "redundancy_map",
+    "tilt_and_spin",
 ]

@@ -8,10 +8,13 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import ConditionNumber, Objective, PlanSettings, Robot, Task
 from .._util import progress_bar
+from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory
+from ..robots import Dynamics, TorqueFunction
 from .map import Predicate
 from .numbers import core_path
 from .result import Plan, Way
+from .speed import faster
 from .transfer import Transfer
 
 SINGULAR = 1e12
@@ -43,6 +46,9 @@ def plan(
     closed: bool = False,
     feasible: Predicate | None = None,
     edge_cost: EdgeCost | None = None,
+    torque: Dynamics | TorqueFunction | None = None,
+    torque_limit: ArrayLike | None = None,
+    acceleration: ArrayLike | None = None,
     warm_start: Trajectory | None = None,
     bound: bool | None = None,
     effort: int | None = None,
@@ -124,6 +130,9 @@ def plan(
         worst value. The search asks of steps between its own points, several points of the path apart: what is added
         up along a way, such as distances, is meant; ``layers=len(path)`` lets it ask at every point. Joints that can
         turn more than once come next to where they were.
+    torque, torque_limit, acceleration : optional
+        More that limits the speed for the criterion "speed", beside the joint rates, as in `constant_speed`: the plan
+        by rates is where `fastest` starts, for tasks within a volume and robots of six joints.
     warm_start : Trajectory, optional
         An earlier plan of a similar path: refined at once, with a search only if that fails.
     bound : bool, optional
@@ -205,7 +214,13 @@ def plan(
         reconfigurations=reconfigurations,
         lift_off=lift_off,
     )
-    return plan_by(
+    limited = torque is not None or acceleration is not None
+    if limited and (criterion != "speed" or closed or reconfigurations or start is not None or end is not None or pins):
+        raise InvalidValueError(
+            "torque and acceleration are for the criterion 'speed' alone, without closed, reconfigurations, start, end "
+            "and pins"
+        )
+    found = plan_by(
         settings,
         robot,
         path,
@@ -216,6 +231,10 @@ def plan(
         warm_start=warm_start,
         progress=progress,
     )
+    if not limited:
+        return found
+    task = Task.axisymmetric() if task is None else task
+    return faster(found, task, torque=torque, torque_limit=torque_limit, acceleration=acceleration, limits=limits)
 
 
 def plan_by(

@@ -32,8 +32,24 @@ from ..errors import InvalidValueError, ModelError, UnknownRobotError
 from ..files import Table, parse_toml, write_atomically
 from .cells import on_rail, with_turntable
 from .document import to_document, to_robot
+from .dynamics import Derivatives, Dynamics, PinocchioDynamics, TorqueFunction, checked_limit, torques_of
 
-__all__ = ["describe", "find", "get", "load", "names", "on_rail", "save", "with_turntable"]
+__all__ = [
+    "Derivatives",
+    "Dynamics",
+    "PinocchioDynamics",
+    "TorqueFunction",
+    "checked_limit",
+    "describe",
+    "find",
+    "get",
+    "load",
+    "names",
+    "on_rail",
+    "save",
+    "torques_of",
+    "with_turntable",
+]
 
 
 def names() -> list[str]:
