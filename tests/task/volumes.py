@@ -59,19 +59,19 @@ def random_volume(rng: np.random.Generator, kind: str, euler: bool = False) -> V
         return float(rng.choice([rng.uniform(0.0, most), rng.uniform(0.0, 0.3), most, 0.0], p=[0.5, 0.4, 0.05, 0.05]))
 
     if kind == "product":
-        free = (-np.pi, np.pi)
+        free, axes = (-np.pi, np.pi), list[F64]()
         if euler:
             names = [np.eye(3)[i] for i in rng.permutation(3)]
             axes = [*names[:2], names[rng.choice([0, 2])]]
             return Volume.product([(axis, *(random_range(rng) or free)) for axis in axes])
-        axes: list[F64] = [
+        axes = [
             rng.normal(size=3) if rng.random() < 0.5 else np.eye(3)[rng.integers(3)] for _ in range(rng.integers(1, 4))
         ]
         return Volume.product([(axis, *(random_range(rng) or free)) for axis in axes])
     most = np.pi if kind != "square" and rng.random() < 0.3 else np.pi / 2.0
     tilts = [tilt(most) for _ in range(1 if kind in ("cone", "line_x", "line_y") else 2)]
-    made: Volume = getattr(Volume, kind)(*tilts, spin=random_range(rng))
-    return made
+    volume: Volume = getattr(Volume, kind)(*tilts, spin=random_range(rng))
+    return volume
 
 
 def ends_too(rng: np.random.Generator, low: float, high: float, n: int) -> F64:
