@@ -76,14 +76,18 @@ def searched(rng: np.random.Generator, volume: Volume, q: F64) -> float:
     """Return the distance of the nearest of many members, the best of them polished."""
     ranges = box(volume)
     bounds = [(low, high) if high - low < 2.0 * np.pi else (-np.inf, np.inf) for low, high in ranges]
-    numbers = np.stack([rng.uniform(low, max(high, low), 1500) for low, high in ranges], axis=-1)
+    numbers = np.stack([rng.uniform(low, max(high, low), 1000) for low, high in ranges], axis=-1)
     distances = quaternion.angle(made(volume, numbers), q)
     best = float(distances.min())
 
-    def cost(x: F64) -> float:
-        return 1.0 - float(made(volume, x[None])[0] @ q) ** 2
+    k, step = len(ranges), 1e-6
 
-    for start in numbers[np.argsort(distances)[:3]]:
-        end = minimize(cost, start, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-16, "gtol": 1e-10})
+    def cost(x: F64) -> tuple[float, F64]:
+        moved = x + step * np.vstack([np.zeros(k), np.eye(k), -np.eye(k)])
+        values = 1.0 - (made(volume, moved) @ q) ** 2
+        return float(values[0]), (values[1 : k + 1] - values[k + 1 :]) / (2.0 * step)
+
+    for start in numbers[np.argsort(distances)[:2]]:
+        end = minimize(cost, start, method="L-BFGS-B", jac=True, bounds=bounds, options={"ftol": 1e-16, "gtol": 1e-10})
         best = min(best, float(quaternion.angle(made(volume, np.clip(end.x, *np.transpose(bounds))[None])[0], q)))
     return best

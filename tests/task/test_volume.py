@@ -372,6 +372,10 @@ def test_bad_orientations() -> None:
         volume.contains([1, 0, 0, 0], -1.0)
     with pytest.raises(rd.InvalidValueError, match="tolerance is NaN"):
         volume.contains([1, 0, 0, 0], np.nan)
+    with pytest.raises(rd.InvalidValueError, match="n is 100000000000, expected at most"):
+        volume.sample(10**11)
+    with pytest.raises(rd.InvalidValueError, match="expected at most 10000000"):
+        volume.grid(10**8, 10**8, 10**8)
     with pytest.raises(rd.ShapeError):
         volume.reoriented(np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)))
     # Within 1e-6 of unit length it is scaled.

@@ -18,6 +18,9 @@ DATA = Path(__file__).parents[1] / "data" / "from_gravdahl_volumes.json"
 X, Y, Z = np.eye(3)
 TURN = 2.0 * np.pi
 
+VAGUE = 1e-12
+"""How near half a turn of the axis or a gimbal (cosine or sine) an angle is not defined."""
+
 
 def oracles() -> tuple[dict[str, Volume], list[dict[str, Any]]]:
     """Return the volumes of the oracles by name, and their cases."""
@@ -59,19 +62,19 @@ def random_volume(rng: np.random.Generator, kind: str, euler: bool = False) -> V
         return float(rng.choice([rng.uniform(0.0, most), rng.uniform(0.0, 0.3), most, 0.0], p=[0.5, 0.4, 0.05, 0.05]))
 
     if kind == "product":
-        free = (-np.pi, np.pi)
+        free, axes = (-np.pi, np.pi), list[F64]()
         if euler:
             names = [np.eye(3)[i] for i in rng.permutation(3)]
             axes = [*names[:2], names[rng.choice([0, 2])]]
             return Volume.product([(axis, *(random_range(rng) or free)) for axis in axes])
-        axes: list[F64] = [
+        axes = [
             rng.normal(size=3) if rng.random() < 0.5 else np.eye(3)[rng.integers(3)] for _ in range(rng.integers(1, 4))
         ]
         return Volume.product([(axis, *(random_range(rng) or free)) for axis in axes])
     most = np.pi if kind != "square" and rng.random() < 0.3 else np.pi / 2.0
     tilts = [tilt(most) for _ in range(1 if kind in ("cone", "line_x", "line_y") else 2)]
-    made: Volume = getattr(Volume, kind)(*tilts, spin=random_range(rng))
-    return made
+    volume: Volume = getattr(Volume, kind)(*tilts, spin=random_range(rng))
+    return volume
 
 
 def ends_too(rng: np.random.Generator, low: float, high: float, n: int) -> F64:
@@ -122,7 +125,8 @@ def members(rng: np.random.Generator, volume: Volume, n: int) -> F64:
 def within(volume: Volume, q: F64, slack: float) -> NDArray[np.bool_]:
     """Tell membership by the angles of the definitions (scipy's matrices and Euler angles), ranges wider by a slack.
 
-    Of products those of three rotations about axes of the frame, neighbours different.
+    Of products those of three rotations about axes of the frame, neighbours different. Where an angle is not defined
+    (half turns of the axis, gimbals) the answer is True of a wider range and False of a narrower one.
     """
     turn = Rotation.from_quat(np.roll(q, -1, axis=-1))
     seen = turn.as_matrix()
@@ -136,15 +140,19 @@ def within(volume: Volume, q: F64, slack: float) -> NDArray[np.bool_]:
         second = np.stack([first[:, 0] + np.pi, middle, first[:, 2] + np.pi], axis=-1)
         ranges = [(low, high) for _, low, high in volume.factors]
         each = [[_in(angle, of, slack) for angle, of in zip(way.T, ranges, strict=True)] for way in (first, second)]
-        return np.asarray(np.all(each, axis=1).any(axis=0))
+        vague = np.abs(np.sin(first[:, 1]) if name[0] == name[2] else np.cos(first[:, 1])) < VAGUE
+        return _told(np.all(each, axis=1).any(axis=0), vague, slack)
     x, y, z = seen[..., :, 2].T
     twist = np.arctan2(seen[..., 1, 0] - seen[..., 0, 1], seen[..., 0, 0] + seen[..., 1, 1])
+    reversed_ = z < VAGUE - 1.0
     if volume.kind == "cone":
-        return np.asarray((np.arctan2(np.hypot(x, y), z) <= volume.tilts[0] + slack) & _in(twist, spin, slack))
+        inside = np.arctan2(np.hypot(x, y), z) <= volume.tilts[0] + slack
+        return _told(inside & _in(twist, spin, slack), inside & reversed_, slack)
     about_x, about_y = volume.tilts
     if volume.kind == "square":
-        shadow = (np.abs(np.arcsin(x)) <= about_y + slack) & (np.abs(np.arcsin(y)) <= about_x + slack) & (z >= -slack)
-        return np.asarray(shadow & _in(twist, spin, slack))
+        along_x, along_y = (np.abs(np.arcsin(np.clip(part, -1.0, 1.0))) for part in (x, y))
+        shadow = (along_x <= about_y + slack) & (along_y <= about_x + slack) & (z >= -slack)
+        return _told(shadow & _in(twist, spin, slack), reversed_ & False, slack)
     a, b = np.arctan2(-y, z), np.arctan2(x, np.hypot(y, z))
     c = np.arctan2(-seen[..., 0, 1], seen[..., 0, 0])
     ways = [
@@ -153,7 +161,11 @@ def within(volume: Volume, q: F64, slack: float) -> NDArray[np.bool_]:
         & _in(c + turned, spin, slack)
         for turned in (0.0, np.pi)
     ]
-    return np.asarray(ways[0] | ways[1])
+    return _told(ways[0] | ways[1], np.abs(x) > 1.0 - VAGUE, slack)
+
+
+def _told(inside: NDArray[np.bool_], vague: NDArray[np.bool_], slack: float) -> NDArray[np.bool_]:
+    return np.asarray(inside | vague if slack > 0.0 else inside & ~vague)
 
 
 def _in(angle: F64, of: tuple[float, float], slack: float) -> NDArray[np.bool_]:

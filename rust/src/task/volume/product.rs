@@ -122,16 +122,19 @@ impl Lie {
 }
 
 /// Every triple of angles with the given middle one that may be the nearest.
+#[inline(never)]
 fn with_middle(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     let back = factors[1].turn(-x);
     let turned = Factor { axis: back.rotate(factors[0].axis), range: factors[0].range };
     pair(&turned, factors[2], &back.product(q), &mut |a, b| push([a, x, b]));
 }
 
+#[inline(never)]
 fn with_first(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     pair(factors[1], factors[2], &factors[0].turn(-x).product(q), &mut |a, b| push([x, a, b]));
 }
 
+#[inline(never)]
 fn with_last(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     pair(factors[0], factors[1], &q.product(&factors[2].turn(-x)), &mut |a, b| push([a, b, x]));
 }
