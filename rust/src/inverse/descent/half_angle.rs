@@ -13,8 +13,6 @@ const POLISH: usize = 3;
 const NEAR: f64 = 0.1;
 /// Half turns as tangents of a quarter of the angle, with room for rounding.
 const HALF_TURN: f64 = 1.0 + 1e-9;
-/// Changes that can be best: four roots of each sign of the quaternion, and closed forms of parts.
-const MOST: usize = 10;
 /// Rounding of a sum of a few terms, relative to their size.
 const ROUNDING: f64 = 2e-15;
 
@@ -116,14 +114,9 @@ impl HalfAngle {
             return 0.0;
         }
         let way = -slope.signum();
-        let (mut turns, mut count) = ([0.0; MOST], 0);
-        self.stationary(&mut |x| {
-            if count < MOST {
-                (turns[count], count) = (x, count + 1);
-            }
-        });
         // Orientation alone has its maximum, where the other sign becomes the nearer one, a half turn from the minimum: beyond it, whichever way.
-        let ahead = turns[..count].iter().map(|x| if x * way > 0.0 { x.abs() } else { TAU - x.abs() });
-        (way * ahead.fold(0.5 * TAU, f64::min)).max(low).min(high)
+        let mut ahead = 0.5 * TAU;
+        self.stationary(&mut |x| ahead = ahead.min(if x * way > 0.0 { x.abs() } else { TAU - x.abs() }));
+        (way * ahead).max(low).min(high)
     }
 }
