@@ -75,7 +75,7 @@ pub struct PyCoordinateDescent {
     descent: Descent,
     robot: Py<PyRobot>,
     #[pyo3(get)]
-    algorithm: u8,
+    algorithm: i64,
     #[pyo3(get)]
     w_p: f64,
     #[pyo3(get)]
@@ -84,7 +84,7 @@ pub struct PyCoordinateDescent {
 
 /// What the algorithms are made of.
 struct Asked<'a> {
-    number: u8,
+    number: i64,
     order: &'a str,
     weights: Option<Vec<f64>>,
     step: Option<f64>,
@@ -135,7 +135,7 @@ impl PyCoordinateDescent {
         robot: &Bound<'_, PyRobot>,
         target: &Bound<'_, PyAny>,
         task: Option<&Bound<'_, PyTask>>,
-        algorithm: u8,
+        algorithm: i64,
         order: &str,
         w_p: Option<f64>,
         w_o: Option<f64>,
