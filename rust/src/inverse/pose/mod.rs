@@ -78,7 +78,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { method: Method::Auto, position: 1e-4, orientation: 1e-3, iterations: 40, restarts: 100, seed: 0 }
+        Self { method: Method::Auto, position: 1e-4, orientation: 1e-3, iterations: 40, restarts: 300, seed: 0 }
     }
 }
 
@@ -285,8 +285,8 @@ impl Search<'_> {
                 return pose;
             }
             let table = costs.get_or_insert_with(|| self.solver.starts.costs(&self.problem.goal));
-            match self.solver.starts.next(table).filter(|_| settings.seed == 0 && attempts < 64) {
-                Some(next) => start = next,
+            match if settings.seed == 0 { self.solver.starts.next(table) } else { None } {
+                Some(kept) => start = kept,
                 None => random.fill(robot, &mut start[..n]),
             }
         }
