@@ -16,7 +16,10 @@ __all__ = [
     "ConditionNumber",
     "Constraint",
     "Controller",
+    "CoordinateDescent",
     "CustomIndex",
+    "DescentResult",
+    "DescentTrace",
     "Elimination",
     "FrameTask",
     "GradientProjection",
@@ -27,6 +30,7 @@ __all__ = [
     "Manipulability",
     "NearestOrientation",
     "Objective",
+    "OneJointMinimum",
     "OrientationVolume",
     "OrthogonalSQP",
     "PathData",
@@ -63,6 +67,7 @@ __all__ = [
     "capsules_along_links",
     "characteristic_length",
     "minimum_condition_posture",
+    "one_joint_minimum",
     "perpendicular",
     "plan_path",
     "planar_tetrahedron",
@@ -122,6 +127,24 @@ class Singularity(NamedTuple):
     value: float
     twist: _F64 | None
     joints: _F64 | None
+
+class OneJointMinimum(NamedTuple):
+    change: float
+    value: float
+
+class DescentTrace(NamedTuple):
+    cost: _F64
+    q: _F64
+    picks: NDArray[np.int64]
+
+class DescentResult(NamedTuple):
+    q: _F64
+    status: str
+    position_error: float
+    orientation_error: float
+    iterations: int
+    cost: float
+    costs: _F64
 
 class NearestOrientation(NamedTuple):
     orientation: _F64
@@ -429,6 +452,51 @@ class Task:
     def target_size(self) -> int: ...
     def projector(self, robot: Robot, q: ArrayLike) -> _F64: ...
     def redundancy(self, robot: Robot) -> tuple[int, int, int]: ...
+
+@final
+class CoordinateDescent:
+    def __new__(
+        cls,
+        robot: Robot,
+        target: ArrayLike,
+        task: Task | None = None,
+        algorithm: int = 1,
+        *,
+        order: str = "end_to_base",
+        w_p: float | None = None,
+        w_o: float | None = None,
+        orientation_metric: str = "frobenius",
+        weights: ArrayLike | None = None,
+        step: float | None = None,
+        rule: str = "search",
+        limits: bool = True,
+        points: Iterable[tuple[int, ArrayLike, ArrayLike, float]] | None = None,
+        centring: ArrayLike | None = None,
+        middle: ArrayLike | None = None,
+    ) -> CoordinateDescent: ...
+    @property
+    def algorithm(self) -> int: ...
+    @property
+    def monotone(self) -> bool: ...
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def w_p(self) -> float: ...
+    @property
+    def w_o(self) -> float: ...
+    def cost(self, q: ArrayLike) -> float: ...
+    def gradient(self, q: ArrayLike) -> _F64: ...
+    def sweep(self, q: ArrayLike) -> tuple[_F64, float]: ...
+    def trace(self, q0: ArrayLike, sweeps: int = 10) -> DescentTrace: ...
+    def solve(
+        self,
+        q0: ArrayLike,
+        sweeps: int = 100,
+        *,
+        position_tolerance: float = 1e-4,
+        orientation_tolerance: float = 1e-3,
+        gradient_tolerance: float = 1e-12,
+    ) -> DescentResult: ...
 
 @final
 class OrientationVolume:
@@ -1131,6 +1199,25 @@ def quaternion_from_matrix(R: ArrayLike) -> _F64: ...
 def quaternion_matrix(q: ArrayLike) -> _F64: ...
 def quaternion_product(a: ArrayLike, b: ArrayLike) -> _F64: ...
 def quaternion_rotate(q: ArrayLike, v: ArrayLike) -> _F64: ...
+def one_joint_minimum(
+    joint: str,
+    axis: ArrayLike,
+    origin: ArrayLike,
+    *,
+    current_position: ArrayLike | None = None,
+    desired_position: ArrayLike | None = None,
+    current_orientation: ArrayLike | None = None,
+    desired_orientation: ArrayLike | None = None,
+    w_p: float = 1.0,
+    w_o: float = 1.0,
+    orientation_metric: str = "frobenius",
+    change_min: float | None = None,
+    change_max: float | None = None,
+    current_axis: ArrayLike | None = None,
+    desired_axis: ArrayLike | None = None,
+    points: Iterable[tuple[ArrayLike, ArrayLike, float]] | None = None,
+    centring: tuple[float, float] | None = None,
+) -> OneJointMinimum: ...
 def solve_qp(
     h: ArrayLike,
     g: ArrayLike,

@@ -10,6 +10,7 @@ use crate::common::{Rng, fanuc, iiwa, indices};
 use redundancy::collision::{Obstacle, Proximity, Scene, Shape, capsules_along_links};
 use redundancy::index::{Answers, Index, Objective, Order, Rows, length_of_least_condition};
 use redundancy::internals::kinematics::forward;
+use redundancy::inverse::descent::{Cost, Goal, Order as Sweeps, descend, suggested_weights};
 use redundancy::inverse::{Inverse, reach};
 use redundancy::kinematics;
 use redundancy::linalg::{MAX_JOINTS, frame::Frame};
@@ -162,6 +163,11 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         }
         let target = target_at::<C>(&robot, &far);
         let mut moved = q.to_vec();
+        if task.kind() != "general" {
+            let cost = Cost::new(Goal::of(&task, &target, suggested_weights(&robot)).unwrap());
+            let mut swept = q.to_vec();
+            free_of_allocation("descend", || descend(&robot, &cost, Some(robot.limits()), Sweeps::Double, 3, &mut swept));
+        }
         free_of_allocation("reach", || reach(&robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 60));
     }
 }

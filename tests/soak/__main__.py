@@ -4,11 +4,13 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import frames, inverse, plans, poses, projectors, qp, rest, urdf, volumes
+from tests.soak import descent, frames, inverse, one_joint, plans, poses, projectors, qp, rest, urdf, volumes
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
+    "descent": descent.main,
     "frames": frames.main,
+    "one_joint": one_joint.main,
     "plans": plans.main,
     "poses": poses.main,
     "projectors": projectors.main,

@@ -119,8 +119,18 @@ impl Named {
 
 /// Adds the classes to the module.
 pub fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    let classes = [&SOLUTION, &PATH_SOLUTION, &CONSTRAINT, &SOLVE_HISTORY, &QP_SOLUTION, &SINGULARITY];
-    for named in classes.into_iter().chain([&ONE_JOINT, &DESCENT_TRACE, &DESCENT, &NEAREST_ORIENTATION]) {
+    for named in [
+        &SOLUTION,
+        &PATH_SOLUTION,
+        &CONSTRAINT,
+        &SOLVE_HISTORY,
+        &QP_SOLUTION,
+        &SINGULARITY,
+        &NEAREST_ORIENTATION,
+        &ONE_JOINT,
+        &DESCENT_TRACE,
+        &DESCENT,
+    ] {
         module.add(named.name, named.class(module.py())?)?;
     }
     Ok(())

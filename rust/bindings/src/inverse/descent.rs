@@ -17,6 +17,7 @@ use crate::task::PyTask;
 use redundancy::error::Error;
 use redundancy::inverse::descent::{Algorithm, Cost, Descent, Goal, Order, Rule, Stop, suggested_weights};
 use redundancy::linalg::MAX_JOINTS;
+use redundancy::linalg::quaternion::Quaternion;
 use redundancy::robot::Joint;
 use redundancy::task::Task;
 
@@ -35,8 +36,9 @@ const SIX: [f64; 6] = [1.0, 0.5, 0.5, 0.3, 0.3, 0.3];
 /// target : array_like, shape (4, 4)
 ///     Pose of the tool in the base frame, or a target of the task: position (3,), or position and axis (6,).
 /// task : Task, optional
-///     ``Task.full()``, ``Task.axisymmetric(axis)``, of which the spin is free and ``|z - z_d|^2`` is E_o, or ``Task.position()``; if not given the whole pose,
-///     for a target of three numbers the position.
+///     ``Task.full()``; ``Task.axisymmetric(axis)``, of which the spin is free and ``|z - z_d|^2`` is E_o; ``Task.position()``; or ``Task.within(volume)``, of
+///     which before each sweep the member nearest to the present orientation is wanted, the volume standing in the target's frame. If not given the whole
+///     pose, for a target of three numbers the position.
 /// algorithm : {1, 2, 3, 4, 5}
 ///     1: the joints in turn, each to its minimum (5.3). 2: n times the joint with the largest decrease (5.4). 3: n times the one with the largest decrease
 ///     over its change (5.5). 4: all at once, ``q + step W x`` (45). 5: along the estimate G of the gradient (47).
@@ -73,7 +75,7 @@ pub struct PyCoordinateDescent {
     descent: Descent,
     robot: Py<PyRobot>,
     #[pyo3(get)]
-    algorithm: u8,
+    algorithm: i64,
     #[pyo3(get)]
     w_p: f64,
     #[pyo3(get)]
@@ -82,7 +84,7 @@ pub struct PyCoordinateDescent {
 
 /// What the algorithms are made of.
 struct Asked<'a> {
-    number: u8,
+    number: i64,
     order: &'a str,
     weights: Option<Vec<f64>>,
     step: Option<f64>,
@@ -90,7 +92,7 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    fn algorithm(&self, py: Python<'_>, joints: &[Joint]) -> PyResult<Algorithm> {
+    fn algorithm(&self, joints: &[Joint]) -> PyResult<Algorithm> {
         let order = match self.order {
             "end_to_base" => Order::EndToBase,
             "base_to_end" => Order::BaseToEnd,
@@ -112,19 +114,12 @@ impl Asked<'_> {
             "normalised" => Rule::Normalised(all),
             other => return Err(Error::value("rule", format!("{other:?}"), "\"search\", \"printed\" or \"normalised\"").into()),
         };
-        let safe = 1.0 / all[..joints.len()].iter().sum::<f64>();
-        let step = self.step.unwrap_or(safe);
+        let step = self.step.unwrap_or_else(|| 1.0 / all[..joints.len()].iter().sum::<f64>());
         match self.number {
             1 => Ok(Algorithm::Cyclic(order)),
             2 => Ok(Algorithm::LargestDecrease { share: all }),
             3 => Ok(Algorithm::LargestRate { share: all }),
-            4 => {
-                if step > 2.0 * safe {
-                    let text = format!("step {step} is above 2 / sum(W) = {}: near a goal the sweeps may not converge", 2.0 * safe);
-                    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text).unwrap_or_default(), 1)?;
-                }
-                Ok(Algorithm::Together { weights: all, step })
-            }
+            4 => Ok(Algorithm::Together { weights: all, step }),
             5 => Ok(Algorithm::Gradient(rule)),
             other => Err(Error::value("algorithm", other, "1 to 5").into()),
         }
@@ -140,7 +135,7 @@ impl PyCoordinateDescent {
         robot: &Bound<'_, PyRobot>,
         target: &Bound<'_, PyAny>,
         task: Option<&Bound<'_, PyTask>>,
-        algorithm: u8,
+        algorithm: i64,
         order: &str,
         w_p: Option<f64>,
         w_o: Option<f64>,
@@ -154,19 +149,31 @@ impl PyCoordinateDescent {
         middle: Maybe<'_, '_>,
     ) -> PyResult<Self> {
         let it = &robot.get().robot;
+        let volume = task.and_then(|task| task.get().volume.clone());
         let task = match task {
+            // The frame that the volume stands in is the whole of the target.
+            Some(_) if volume.is_some() => Task::FULL,
             Some(task) => task.get().task,
             None if target.len().is_ok_and(|length| length == 3) => Task::POSITION,
             None => Task::FULL,
         };
         let suggested = suggested_weights(it);
         let (w_p, w_o) = (w_p.unwrap_or(suggested.0), w_o.unwrap_or(suggested.1));
-        let mut goal = ok(Goal::of(&task, &solution::target(&task, "target", target)?, (w_p, w_o)))?;
+        let target = solution::target(&task, "target", target)?;
+        let volume = volume.map(|volume| volume.reoriented(&Quaternion::from_axes(&target.frame)));
+        let mut goal = ok(Goal::of(&task, &target, (w_p, w_o)))?;
         goal.metric = read_metric(orientation_metric)?;
         let cost = Cost { goal, points: read_points(points)?, centres: read_centres(it, centring, middle)? };
         let weights = weights.map(|weights| read_list("weights", weights)).transpose()?;
         let asked = Asked { number: algorithm, order, weights, step, rule };
-        let descent = ok(Descent::new(it.clone(), cost, asked.algorithm(py, it.joints())?, limits))?;
+        let mut descent = ok(Descent::new(it.clone(), cost, asked.algorithm(it.joints())?, limits))?;
+        if let Some(volume) = volume {
+            descent = descent.within(volume);
+        }
+        if let Some(most) = descent.algorithm().largest_safe_step(it.n()) {
+            let text = format!("step is above 2 / sum(W) = {most}: near a goal the sweeps may not converge");
+            PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &CString::new(text).unwrap_or_default(), 1)?;
+        }
         Ok(Self { descent, robot: robot.clone().unbind(), algorithm, w_p, w_o })
     }
 
@@ -267,7 +274,7 @@ impl PyCoordinateDescent {
     /// q : ndarray, shape (n,)
     ///     Joint coordinates [rad or m].
     /// status : str
-    ///     "converged" (both errors within their tolerance), "stationary" (no slope along any joint that its limits leave free), "stalled" (the last two costs are
+    ///     "converged" (both errors within their tolerance; never with points or centring, which have more to gain), "stationary" (no slope along any joint that its limits leave free), "stalled" (the last two costs are
     ///     equal within rounding) or "out of sweeps".
     /// position_error, orientation_error : float
     ///     Of the tool [m], [rad]; of an axis its angle, 0 where the orientation is free.

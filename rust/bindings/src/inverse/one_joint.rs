@@ -55,7 +55,7 @@ fn both<T>(
 ///     Direction of the tool in the base frame instead of the orientation: the spin about it is free.
 /// points : sequence of (array_like, array_like, float), optional
 ///     Points that the joint carries beside the tool, each with its place at present, its goal [m] and its weight; below zero it is kept off. At most 8.
-/// centring : (float, float)
+/// centring : (float, float), optional
 ///     How far the joint is from where it is drawn to [rad or m], and a weight: ``weight (1 - cos(q - middle))``, for a sliding joint ``weight (q - middle)^2 / 2``.
 ///
 /// Returns
@@ -82,7 +82,7 @@ fn both<T>(
 /// >>> round(found.change, 12), round(found.value, 12)
 /// (1.570796326795, 1.0)
 #[pyfunction]
-#[pyo3(signature = (joint, axis, origin, *, current_position=None, desired_position=None, current_orientation=None, desired_orientation=None, w_p=1.0, w_o=1.0, orientation_metric="frobenius", change_min=None, change_max=None, current_axis=None, desired_axis=None, points=None, centring=(0.0, 0.0)))]
+#[pyo3(signature = (joint, axis, origin, *, current_position=None, desired_position=None, current_orientation=None, desired_orientation=None, w_p=1.0, w_o=1.0, orientation_metric="frobenius", change_min=None, change_max=None, current_axis=None, desired_axis=None, points=None, centring=None))]
 pub fn one_joint_minimum<'py>(
     py: Python<'py>,
     joint: &str,
@@ -100,7 +100,7 @@ pub fn one_joint_minimum<'py>(
     current_axis: Maybe<'_, 'py>,
     desired_axis: Maybe<'_, 'py>,
     points: Maybe<'_, 'py>,
-    centring: (f64, f64),
+    centring: Option<(f64, f64)>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let joint = match joint {
         "R" => Joint::Revolute,
@@ -135,6 +135,7 @@ pub fn one_joint_minimum<'py>(
     };
     let points = triples.into_iter().map(read).collect::<PyResult<Vec<_>>>()?;
     let range = (change_min.unwrap_or(f64::NEG_INFINITY), change_max.unwrap_or(f64::INFINITY));
-    let found = descent::one_joint_minimum(&OneJoint { joint, axis, origin, tool, goal, points, centring }, range);
+    let found =
+        descent::one_joint_minimum(&OneJoint { joint, axis, origin, tool, goal, points, centring: centring.unwrap_or_default() }, range);
     Ok(ONE_JOINT.make(py, ok(found)?)?)
 }

@@ -2,17 +2,14 @@
 
 use pyo3::prelude::*;
 
-use crate::array::{ok, read_any, read_list, read_vector, shape_of};
+use crate::array::{ok, read_list, read_vector};
 use crate::errors::PyResult;
+use crate::orientation::Orientations;
 use crate::robot::frames::Maybe;
 use redundancy::error::{Error, check_finite};
 use redundancy::inverse::descent::{Centre, Metric, Point};
-use redundancy::linalg::frame::Frame;
-use redundancy::linalg::vector::{Vec3, add, cross, dot, norm, scale};
+use redundancy::linalg::vector::{Vec3, unit};
 use redundancy::robot::Robot;
-
-/// How far the length of a quaternion may be from 1 before it is refused.
-const UNIT: f64 = 1e-6;
 
 /// The metric of orientation.
 pub fn read_metric(metric: &str) -> PyResult<Metric> {
@@ -32,33 +29,13 @@ pub fn read_vec3(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec3> {
 
 /// The axes of an orientation: a quaternion [w, x, y, z] or a matrix (3, 3).
 pub fn read_orientation(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[Vec3; 3]> {
-    let (numbers, shape) = read_any(name, value)?;
-    ok(check_finite(name, &numbers))?;
-    match (&shape[..], &numbers[..]) {
-        ([4], &[w, x, y, z]) => {
-            let (length, vector) = (w.hypot(x).hypot(y.hypot(z)), [x, y, z]);
-            if (length - 1.0).abs() > UNIT {
-                return Err(Error::value(name, format!("a quaternion of length {length}"), "length 1").into());
-            }
-            let (w, v) = (w / length, scale(1.0 / length, vector));
-            // (4): v' = v + 2 w q x v + 2 q x (q x v).
-            let turned = |e: Vec3| add(e, add(scale(2.0 * w, cross(v, e)), scale(2.0, cross(v, cross(v, e)))));
-            Ok(Frame::IDENTITY.axes.map(turned))
-        }
-        ([3, 3], r) => {
-            let matrix = [r[0], r[1], r[2], 0.0, r[3], r[4], r[5], 0.0, r[6], r[7], r[8], 0.0, 0.0, 0.0, 0.0, 1.0];
-            Ok(ok(Frame::from_matrix(name, &matrix))?.axes)
-        }
-        _ => Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(4,), a quaternion, or (3, 3)".into() }.into()),
-    }
+    Ok(Orientations::one(name, value)?.axes())
 }
 
 /// A direction of length one.
 pub fn read_direction(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec3> {
     let v = read_vec3(name, value)?;
-    redundancy::linalg::vector::unit(v)
-        .filter(|e| (dot(*e, *e) - 1.0).abs() < UNIT && norm(v) > 0.0)
-        .ok_or_else(|| Error::value(name, format!("{v:?}"), "a vector that is not zero").into())
+    unit(v).ok_or_else(|| Error::value(name, format!("{v:?}"), "a vector that is not zero").into())
 }
 
 /// The items of a sequence, each of which has to be a tuple that reads as `T`.

@@ -5,9 +5,10 @@ use super::form::Form;
 use super::half_angle::HalfAngle;
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
+use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use crate::robot::Joint;
-use crate::task::{Target, Task};
+use crate::task::{OrientationVolume, Target, Task};
 
 /// Points of their own that a cost has at most.
 pub const MAX_POINTS: usize = 8;
@@ -90,14 +91,10 @@ pub struct Cost {
 /// Where a posture has what a cost looks at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places {
+    /// The goal, with the orientation that is wanted of this posture.
+    pub goal: Goal,
     pub tool: Frame,
     pub points: [Vec3; MAX_POINTS],
-}
-
-impl Default for Places {
-    fn default() -> Self {
-        Self { tool: Frame::IDENTITY, points: [[0.0; 3]; MAX_POINTS] }
-    }
 }
 
 impl Goal {
@@ -125,8 +122,9 @@ impl Goal {
             (Orientation::Axis { tool: axis, direction }, _) => square(sub(tool.rotate(axis), direction)),
             (Orientation::Whole(axes), Metric::Frobenius) => (0..3).map(|k| square(sub(tool.axes[k], axes[k]))).sum(),
             (Orientation::Whole(axes), Metric::Quaternion) => {
-                let (scalar, vector) = rotation_left(&tool.axes, &axes);
-                2.0 * square(vector) / (1.0 + scalar.abs())
+                // 1 - |w| without the difference of two that are nearly the same.
+                let left = rotation_left(&tool.axes, &axes);
+                2.0 * square(left.vector()) / (1.0 + left.0[0].abs())
             }
         }
     }
@@ -139,10 +137,7 @@ impl Goal {
                 let axis = tool.rotate(axis);
                 norm(cross(axis, direction)).atan2(dot(axis, direction))
             }
-            Orientation::Whole(axes) => {
-                let (scalar, vector) = rotation_left(&tool.axes, &axes);
-                2.0 * norm(vector).atan2(scalar.abs())
-            }
+            Orientation::Whole(axes) => rotation_left(&tool.axes, &axes).angle(),
         };
         (norm(sub(tool.origin, self.position)), angle)
     }
@@ -152,6 +147,20 @@ impl Cost {
     /// That of the tool alone.
     pub const fn new(goal: Goal) -> Self {
         Self { goal, points: Vec::new(), centres: Vec::new() }
+    }
+
+    /// Whether nothing but the tool has a cost.
+    pub(super) fn is_of_tool_alone(&self) -> bool {
+        self.points.is_empty() && self.centres.is_empty()
+    }
+
+    /// What is looked at where the tool is in its place; the points are left out. Of a volume, the member nearest to the tool's orientation is wanted.
+    pub(super) fn places(&self, tool: Frame, volume: Option<&OrientationVolume>) -> Places {
+        let mut goal = self.goal;
+        if let Some(volume) = volume {
+            goal.orientation = Orientation::Whole(volume.nearest(&Quaternion::from_axes(&tool.axes)).orientation.axes());
+        }
+        Places { goal, tool, points: [[0.0; 3]; MAX_POINTS] }
     }
 
     /// Checks it against a robot of `n` joints: weights are finite, those of the tool at least 0, and points and joints are there.
@@ -185,7 +194,7 @@ impl Cost {
 
     /// Checks that the cost has a least value over a joint that slides without end.
     pub(super) fn check_slide(&self, i: usize) -> Result<()> {
-        let Form::Slide { bend, .. } = self.slide(&Places::default(), i, [0.0, 0.0, 1.0], 0.0) else { return Ok(()) };
+        let Form::Slide { bend, .. } = self.slide(&self.places(Frame::IDENTITY, None), i, [0.0, 0.0, 1.0], 0.0) else { return Ok(()) };
         let pulled = self.points.iter().any(|point| point.joints > i && point.weight != 0.0);
         if bend < 0.0 || (bend == 0.0 && pulled) {
             let given = format!("weights whose sum over what joint {i} carries is {}", 0.5 * bend);
@@ -204,7 +213,7 @@ impl Cost {
                 Joint::Prismatic => 0.5 * centre.weight * off * off,
             }
         });
-        self.goal.cost(&places.tool) + points.sum::<f64>() + centres.sum::<f64>()
+        places.goal.cost(&places.tool) + points.sum::<f64>() + centres.sum::<f64>()
     }
 
     /// The cost as a function of the change of joint `i`, whose axis is `u` through `origin`.
@@ -216,7 +225,7 @@ impl Cost {
     }
 
     fn turn(&self, places: &Places, i: usize, (u, origin): (Vec3, Vec3), q: f64) -> Form {
-        let (goal, tool) = (&self.goal, &places.tool);
+        let (goal, tool) = (&places.goal, &places.tool);
         let mut cosine = Cosine::default();
         cosine.pull(u, sub(tool.origin, origin), sub(goal.position, origin), goal.position_weight);
         for (point, at) in self.points.iter().zip(&places.points).filter(|(point, _)| point.joints > i) {
@@ -232,7 +241,7 @@ impl Cost {
                 (0..3).for_each(|k| cosine.pull(u, tool.axes[k], axes[k], goal.orientation_weight));
             }
             (Orientation::Whole(axes), Metric::Quaternion) => {
-                return Form::Half(HalfAngle::new(cosine, u, rotation_left(&tool.axes, &axes), goal.orientation_weight));
+                return Form::Half(HalfAngle::new(cosine, u, &rotation_left(&tool.axes, &axes), goal.orientation_weight));
             }
         }
         Form::Turn(cosine)
@@ -279,26 +288,8 @@ fn square(a: Vec3) -> f64 {
     dot(a, a)
 }
 
-/// The rotation M = D C^T from axes C to axes D as a quaternion \[scalar, vector\], by the largest of its numbers: digits are lost nowhere.
-fn rotation_left(from: &[Vec3; 3], to: &[Vec3; 3]) -> (f64, Vec3) {
-    let m = |r: usize, c: usize| (0..3).map(|k| to[k][r] * from[k][c]).sum::<f64>();
-    let (diagonal, double) = ([m(0, 0), m(1, 1), m(2, 2)], [m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)]);
-    let trace: f64 = diagonal.iter().sum();
-    let (mut k, mut largest) = (3, trace);
-    for (i, entry) in diagonal.iter().enumerate() {
-        if *entry > largest {
-            (k, largest) = (i, *entry);
-        }
-    }
-    if k == 3 {
-        let scalar = 0.5 * (1.0 + trace).max(0.0).sqrt();
-        return (scalar, scale(0.25 / scalar, double));
-    }
-    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-    let mut vector = [0.0; 3];
-    vector[k] = 0.5 * (1.0 + diagonal[k] - diagonal[i] - diagonal[j]).max(0.0).sqrt();
-    let over = 0.25 / vector[k];
-    vector[i] = over * (m(i, k) + m(k, i));
-    vector[j] = over * (m(j, k) + m(k, j));
-    (over * double[k], vector)
+/// The rotation M = D C^T from axes C to axes D.
+fn rotation_left(from: &[Vec3; 3], to: &[Vec3; 3]) -> Quaternion {
+    let image = |j: usize| (0..3).fold([0.0; 3], |sum, k| add(sum, scale(from[k][j], to[k])));
+    Quaternion::from_axes(&[image(0), image(1), image(2)])
 }

@@ -19,21 +19,21 @@ pub enum Order {
 
 impl Problem<'_> {
     /// One sweep over the joints, in a time that is proportional to their number: only what a joint carries is moved. The state's frames are those of the
-    /// start; the postures is returned.
+    /// start; the posture after it is returned.
     #[inline(never)]
     pub fn cyclic(&self, start: &State, order: Order) -> [f64; MAX_JOINTS] {
         match order {
-            Order::EndToBase => self.to_base(start),
-            Order::BaseToEnd => self.to_end(start, 0),
+            Order::EndToBase => self.inwards(start),
+            Order::BaseToEnd => self.outwards(start, 0),
             Order::Double => {
-                let there = self.to_base(start);
-                self.to_end(&self.at(&there[..self.robot.n()]), 1)
+                let there = self.inwards(start);
+                self.outwards(&self.at(&there[..self.robot.n()]), 1)
             }
         }
     }
 
     /// From the last joint to the first: the joints that are yet to come have not moved, nor their axes.
-    fn to_base(&self, start: &State) -> [f64; MAX_JOINTS] {
+    fn inwards(&self, start: &State) -> [f64; MAX_JOINTS] {
         let mut state = *start;
         for i in (0..self.robot.n()).rev() {
             self.set(&mut state, i, axis_of(&start.frames[i]));
@@ -42,7 +42,7 @@ impl Problem<'_> {
     }
 
     /// From joint `first` to the last: the axis of each comes from the frame of the one before, which has its place.
-    fn to_end(&self, start: &State, first: usize) -> [f64; MAX_JOINTS] {
+    fn outwards(&self, start: &State, first: usize) -> [f64; MAX_JOINTS] {
         let mut state = *start;
         let (links, joints) = (self.robot.links(), self.robot.joints());
         let mut before = if first == 0 { Frame::IDENTITY } else { start.frames[first - 1] };

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::cosine::{Cosine, in_range};
 use crate::inverse::any::roots::real_roots;
+use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{Vec3, dot};
 
 /// Newton steps after the roots.
@@ -12,10 +13,8 @@ const POLISH: usize = 3;
 const NEAR: f64 = 0.1;
 /// Half turns as tangents of a quarter of the angle, with room for rounding.
 const HALF_TURN: f64 = 1.0 + 1e-9;
-/// Changes that can be best: four roots of each sign of the quaternion, and closed forms of parts.
-const MOST: usize = 10;
-/// Decreases that differ by less than this, relative to what they are sums of, are one.
-const ROUNDING: f64 = 1e-15;
+/// Rounding of a sum of a few terms, relative to their size.
+const ROUNDING: f64 = 2e-15;
 
 /// `g(x) = K + a cos x + b sin x + w (2 - 2 |c cos(x/2) + d sin(x/2)|)`. The printed (35) has the half-angle terms of the derivative twice as large.
 #[derive(Debug, Clone, Copy)]
@@ -28,9 +27,9 @@ pub(super) struct HalfAngle {
 }
 
 impl HalfAngle {
-    /// With the rotation that is left, a quaternion \[scalar, vector\], and the joint's axis.
-    pub fn new(rest: Cosine, u: Vec3, (scalar, vector): (f64, Vec3), weight: f64) -> Self {
-        Self { rest, weight, c: scalar, d: dot(u, vector) }
+    /// With the rotation that is left and the joint's axis.
+    pub fn new(rest: Cosine, u: Vec3, left: &Quaternion, weight: f64) -> Self {
+        Self { rest, weight, c: left.0[0], d: dot(u, left.vector()) }
     }
 
     /// The slope at the present value.
@@ -83,12 +82,17 @@ impl HalfAngle {
         });
     }
 
-    /// The best change within a range.
+    /// What rounding leaves uncertain of the decrease by a change.
+    fn doubt(&self, x: f64) -> f64 {
+        let half = (0.5 * x).sin();
+        ROUNDING * (self.rest.a.abs() * half * half + (self.rest.b * x.sin()).abs() + (self.weight * half).abs())
+    }
+
+    /// The best change within a range; of several the nearest to zero.
     pub fn best(&self, low: f64, high: f64) -> f64 {
-        let doubt = ROUNDING * (self.rest.a.abs() + self.rest.b.abs() + 2.0 * self.weight.abs());
         let (mut best, mut most) = (0f64.max(low).min(high), f64::NEG_INFINITY);
         let mut look = |x: f64| {
-            let decrease = self.decrease(x);
+            let (decrease, doubt) = (self.decrease(x), self.doubt(x).max(self.doubt(best)));
             if decrease > most + doubt || (decrease >= most - doubt && x.abs() < best.abs()) {
                 (best, most) = (x, decrease.max(most));
             }
@@ -110,14 +114,9 @@ impl HalfAngle {
             return 0.0;
         }
         let way = -slope.signum();
-        let (mut turns, mut count) = ([0.0; MOST], 0);
-        self.stationary(&mut |x| {
-            if count < MOST {
-                (turns[count], count) = (x, count + 1);
-            }
-        });
         // Orientation alone has its maximum, where the other sign becomes the nearer one, a half turn from the minimum: beyond it, whichever way.
-        let ahead = turns[..count].iter().map(|x| if x * way > 0.0 { x.abs() } else { TAU - x.abs() });
-        (way * ahead.fold(0.5 * TAU, f64::min)).max(low).min(high)
+        let mut ahead = 0.5 * TAU;
+        self.stationary(&mut |x| ahead = ahead.min(if x * way > 0.0 { x.abs() } else { TAU - x.abs() }));
+        (way * ahead).max(low).min(high)
     }
 }

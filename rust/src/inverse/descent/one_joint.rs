@@ -1,6 +1,6 @@
 //! The best change of one joint, for itself.
 
-use super::cost::{Cost, Goal, MAX_POINTS, Places};
+use super::cost::{Cost, Goal};
 use crate::error::{Error, Result, check_finite};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, unit};
@@ -19,7 +19,7 @@ pub struct OneJoint {
     pub tool: Frame,
     /// Where the tool has to be.
     pub goal: Goal,
-    /// Points carried, at most [`MAX_POINTS`]: where they are, where they are to be \[m\], and the weights.
+    /// Points carried, at most [`super::MAX_POINTS`]: where they are, where they are to be \[m\], and the weights.
     pub points: Vec<(Vec3, Vec3, f64)>,
     /// How far the joint is from where it is drawn to [rad or m], and the weight.
     pub centring: (f64, f64),
@@ -34,7 +34,8 @@ pub fn one_joint_minimum(it: &OneJoint, (low, high): (f64, f64)) -> Result<(f64,
     check_finite("origin", &it.origin)?;
     check_finite("current_position", &it.tool.origin)?;
     let axis = unit(it.axis).ok_or_else(|| Error::value("axis", format!("{:?}", it.axis), "a vector that is not zero"))?;
-    let (mut cost, mut places) = (Cost::new(it.goal), Places { tool: it.tool, points: [[0.0; 3]; MAX_POINTS] });
+    let mut cost = Cost::new(it.goal);
+    let mut places = cost.places(it.tool, None);
     for (i, (at, goal, weight)) in it.points.iter().enumerate() {
         cost.points.push(super::Point { joints: 1, at: *at, goal: *goal, weight: *weight });
         if let Some(place) = places.points.get_mut(i) {

@@ -8,6 +8,7 @@ use super::state::{Problem, State};
 use super::steps::{Joints, Rule};
 use crate::error::{Error, Result, check_length};
 use crate::robot::{Limits, Robot};
+use crate::task::OrientationVolume;
 
 /// Two costs are equal when they differ by less than this part: they are sums of squares of residuals.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
@@ -39,6 +40,13 @@ pub enum Algorithm {
 }
 
 impl Algorithm {
+    /// The bound `2 / sum W` of the step of algorithm 4 where the step is above it: below it, sweeps next to a goal are stable.
+    pub fn largest_safe_step(&self, n: usize) -> Option<f64> {
+        let Self::Together { weights, step } = self else { return None };
+        let most = 2.0 / weights[..n].iter().sum::<f64>();
+        (*step > most).then_some(most)
+    }
+
     /// Whether no sweep raises the cost.
     pub fn is_monotone(&self) -> bool {
         matches!(self, Self::Cyclic(_) | Self::LargestDecrease { .. } | Self::LargestRate { .. } | Self::Gradient(Rule::Search))
@@ -59,7 +67,7 @@ pub struct Stop {
 /// Why it stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stopped {
-    /// The residuals are small enough.
+    /// The residuals are small enough, and nothing but the tool has a cost.
     Converged,
     /// No joint alone can lower the cost.
     Stationary,
@@ -110,6 +118,7 @@ pub struct Trace {
 pub struct Descent {
     robot: Arc<Robot>,
     cost: Cost,
+    volume: Option<OrientationVolume>,
     algorithm: Algorithm,
     limits: bool,
 }
@@ -119,7 +128,13 @@ impl Descent {
     pub fn new(robot: Arc<Robot>, cost: Cost, algorithm: Algorithm, limits: bool) -> Result<Self> {
         Problem::new(&robot, &cost, limits.then(|| robot.limits()))?;
         check_algorithm(&algorithm, robot.n())?;
-        Ok(Self { robot, cost, algorithm, limits })
+        Ok(Self { robot, cost, volume: None, algorithm, limits })
+    }
+
+    /// The same to a set of orientations in the base frame: before each sweep the member nearest to the present orientation becomes the wanted one. No sweep of a
+    /// monotone algorithm raises the cost then either, because no member is nearer.
+    pub fn within(self, volume: OrientationVolume) -> Self {
+        Self { volume: Some(volume), ..self }
     }
 
     /// The robot.
@@ -162,8 +177,8 @@ impl Descent {
         let mut costs = vec![state.cost];
         let mut moves = true;
         let stopped = loop {
-            let residuals = problem.cost.goal.residuals(&state.places.tool);
-            if residuals.0 <= stop.residuals.0 && residuals.1 <= stop.residuals.1 {
+            let residuals = state.places.goal.residuals(&state.places.tool);
+            if self.cost.is_of_tool_alone() && residuals.0 <= stop.residuals.0 && residuals.1 <= stop.residuals.1 {
                 break Stopped::Converged;
             }
             if problem.steepest(&state) <= stop.slope {
@@ -178,7 +193,7 @@ impl Descent {
             moves = self.step(&problem, &mut state, &mut |_| {});
             costs.push(state.cost);
         };
-        let residuals = problem.cost.goal.residuals(&state.places.tool);
+        let residuals = state.places.goal.residuals(&state.places.tool);
         Ok(Descended { q: state.q[..q.len()].to_vec(), costs, residuals, stopped })
     }
 
@@ -196,7 +211,7 @@ impl Descent {
     }
 
     fn problem(&self) -> Problem<'_> {
-        Problem { robot: &self.robot, cost: &self.cost, limits: self.limits.then(|| self.robot.limits()) }
+        Problem { robot: &self.robot, cost: &self.cost, volume: self.volume.as_ref(), limits: self.limits.then(|| self.robot.limits()) }
     }
 
     fn start(&self, problem: &Problem, q: &[f64]) -> Result<State> {

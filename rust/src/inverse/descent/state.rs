@@ -1,6 +1,6 @@
 //! A posture with its frames and its cost.
 
-use super::cost::{Cost, MAX_POINTS, Places};
+use super::cost::{Cost, Places};
 use super::form::Form;
 use crate::error::{Error, Result};
 use crate::kinematics::sized::joint_frames;
@@ -8,6 +8,7 @@ use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, add};
 use crate::robot::{Joint, Limits, Robot};
+use crate::task::OrientationVolume;
 
 /// A posture with its frames and its cost.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +26,8 @@ pub(super) struct State {
 pub(super) struct Problem<'a> {
     pub robot: &'a Robot,
     pub cost: &'a Cost,
+    /// Orientations that are as good as each other.
+    pub volume: Option<&'a OrientationVolume>,
     /// Limits to keep, if any.
     pub limits: Option<&'a Limits>,
 }
@@ -40,7 +43,7 @@ impl<'a> Problem<'a> {
             ));
         }
         cost.check(robot.n())?;
-        let problem = Self { robot, cost, limits };
+        let problem = Self { robot, cost, volume: None, limits };
         for (i, joint) in robot.joints().iter().enumerate() {
             let (low, high) = limits.map_or((f64::NEG_INFINITY, f64::INFINITY), |it| (it.q_min[i], it.q_max[i]));
             if *joint == Joint::Prismatic && !(low.is_finite() && high.is_finite()) {
@@ -54,7 +57,7 @@ impl<'a> Problem<'a> {
     #[inline(never)]
     pub fn at(&self, q: &[f64]) -> State {
         let (frames, n) = (joint_frames(self.robot, q), q.len());
-        let mut places = Places { tool: frames[n - 1].compose(self.robot.end()), points: [[0.0; 3]; MAX_POINTS] };
+        let mut places = self.cost.places(frames[n - 1].compose(self.robot.end()), self.volume);
         for (point, at) in self.cost.points.iter().zip(&mut places.points) {
             let frame = &frames[point.joints - 1];
             *at = add(frame.origin, frame.rotate(point.at));

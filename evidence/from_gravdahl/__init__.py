@@ -1,0 +1,1 @@
+"""From and Gravdahl: orientation tolerances, coordinate descent, faster painting."""
