@@ -144,14 +144,8 @@ def timed() -> str:
     for robot in robots():
         poses = poses_of(robot, POSES)
         for method in ("auto", "newton", "hybrid"):
-            rows.append(
-                [
-                    robot.name,
-                    f'"{method}"',
-                    f"{ours(robot, method, poses).reached} of {POSES}",
-                    ours(robot, method, poses).microseconds,
-                ]
-            )
+            tally = ours(robot, method, poses)
+            rows.append([robot.name, f'"{method}"', f"{tally.reached} of {POSES}", tally.microseconds])
         if robot.name in ("ur5e", "panda"):
             rows += peer_rows(robot, poses)
     return table(["robot", "solver", "reached", "us a pose, median"], rows)

@@ -323,7 +323,7 @@ class Robot:
         position_tolerance: float = 1e-4,
         orientation_tolerance: float = 1e-3,
         iterations: int = 40,
-        restarts: int = 100,
+        restarts: int = 300,
         seed: int = 0,
         trace: bool = False,
     ) -> PoseSolution: ...

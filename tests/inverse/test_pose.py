@@ -340,3 +340,13 @@ def test_random_robots_of_any_joints(seed: int, n: int, method: str) -> None:
     reached = (found.position_error <= POSITION) & (found.orientation_error <= ORIENTATION)
     assert [status == "converged" for status in found.status] == reached.tolist()
     assert method != "auto" or reached.all()
+
+
+@pytest.mark.parametrize("name", ["ur5e", "fanuc_m710ic50", "general", "panda"])
+def test_poses_whose_postures_are_beyond_a_limit_by_less_than_the_tolerance(name: str) -> None:
+    robot = of(name)
+    for k, q in enumerate(robot.random_postures(40, seed=18)):
+        q[k % robot.n] = robot.q_max[k % robot.n] + 2e-5
+        found = robot.solve_pose(robot.fk(q), np.clip(q, robot.q_min, robot.q_max))
+        assert found.status == "converged"
+        assert robot.within_limits(found.q)

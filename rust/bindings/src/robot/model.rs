@@ -710,7 +710,7 @@ impl PyRobot {
     /// -----
     /// The cost is that of From and Gravdahl (2007, eqs. 14, 36) with weights 1 and L^2/2, near the target ``|dp|^2 + L^2 angle^2``. The GIL is released and every
     /// core used for many targets. Singular postures and postures on limits are as good targets as others.
-    #[pyo3(signature = (target, q0=None, method="auto", *, task=None, limits=true, position_tolerance=1e-4, orientation_tolerance=1e-3, iterations=40, restarts=100, seed=0, trace=false))]
+    #[pyo3(signature = (target, q0=None, method="auto", *, task=None, limits=true, position_tolerance=1e-4, orientation_tolerance=1e-3, iterations=40, restarts=300, seed=0, trace=false))]
     fn solve_pose<'py>(
         &self,
         py: Python<'py>,

@@ -4,6 +4,7 @@
 //! from postures whose tools are near the target, each given up as soon as it does not get on; six joints without a closed form have all their postures
 //! eliminated where this fails. What is not reached ends at a minimum of the cost `|dp|^2 + L^2/2 |R - R_d|^2` (From and Gravdahl 2007, eqs. 14, 36).
 
+mod answer;
 mod attempt;
 mod goal;
 mod nearest;
@@ -16,13 +17,14 @@ use rayon::prelude::*;
 use super::any::TaskInverse;
 use super::descent::{Cost, Order, descend, suggested_weights};
 use super::{Request, Structure, Wanted};
-use crate::error::{Error, Result, check_vector};
+use crate::error::{Result, check_vector};
 use crate::kinematics::jacobian_at;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{norm, sub};
 use crate::linalg::{MAX_JOINTS, with_capacity};
-use crate::robot::{RandomPostures, Robot, nearest_turn};
+use crate::robot::{AT_LIMIT, RandomPostures, Robot, nearest_turn};
 use crate::task::{Target, Task};
+pub use answer::{Method, Outcome, Pose, Settings};
 use attempt::{Attempt, Bounds, Problem, attempt};
 pub use goal::Aim;
 use goal::Goal;
@@ -44,103 +46,6 @@ const TOGETHER: usize = 8;
 /// Steps on the way to it.
 const DOWNHILL: usize = 200;
 
-/// A way to a pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// The closed form where there is one, else as [`Method::Newton`].
-    Auto,
-    /// All postures, and the nearest of them.
-    Closed,
-    /// Damped Newton from one start after the other.
-    Newton,
-    /// Sweeps of coordinate descent from the first start alone: slow near the target, and seldom the way to go ([`super::descent`]).
-    Descent,
-    /// A few sweeps from each start, then Newton.
-    Hybrid,
-}
-
-/// How far a search goes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// The way.
-    pub method: Method,
-    /// Position error that counts as reached \[m\].
-    pub position: f64,
-    /// Orientation error that counts as reached \[rad\].
-    pub orientation: f64,
-    /// Steps from one start.
-    pub iterations: usize,
-    /// Starts beside the first one.
-    pub restarts: usize,
-    /// Of the random starts.
-    pub seed: u64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { method: Method::Auto, position: 1e-4, orientation: 1e-3, iterations: 40, restarts: 100, seed: 0 }
-    }
-}
-
-impl Settings {
-    /// Checks that tolerances are not negative and there are steps to take.
-    pub fn check(&self) -> Result<()> {
-        for (name, x) in [("position_tolerance", self.position), ("orientation_tolerance", self.orientation)] {
-            if x.is_nan() || x <= 0.0 {
-                return Err(Error::value(name, x, "a tolerance above 0"));
-            }
-        }
-        if self.iterations == 0 {
-            return Err(Error::value("iterations", 0, "at least 1"));
-        }
-        Ok(())
-    }
-}
-
-/// How a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// The pose is reached.
-    Converged,
-    /// No posture of the robot reaches it: it is farther away than the robot is long, or all its postures are known.
-    Unreachable,
-    /// None was found; the cost is least among the postures around.
-    Stationary,
-    /// None was found in the steps there were.
-    OutOfIterations,
-}
-
-impl Outcome {
-    /// In words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Converged => "converged",
-            Self::Unreachable => "unreachable",
-            Self::Stationary => "stationary",
-            Self::OutOfIterations => "out of iterations",
-        }
-    }
-}
-
-/// Where a search ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
-    /// The posture: one coordinate a joint, then zeros.
-    pub q: [f64; MAX_JOINTS],
-    /// How the search ended.
-    pub outcome: Outcome,
-    /// \[m\]
-    pub position_error: f64,
-    /// \[rad\]
-    pub orientation_error: f64,
-    /// Of all starts.
-    pub iterations: usize,
-    /// Starts beside the first one.
-    pub restarts: usize,
-    /// `|dp|^2 + L^2 4 sin^2(angle / 2)` \[m^2\].
-    pub cost: f64,
-}
-
 /// The ways of a robot to poses, within some limits.
 #[derive(Debug, Clone)]
 pub struct PoseSolver {
@@ -159,6 +64,8 @@ struct Search<'a> {
     iterations: usize,
     attempts: usize,
     unreachable: bool,
+    /// Where all postures are beyond the limits, the one that is so least.
+    beyond: Option<[f64; MAX_JOINTS]>,
     seen: Option<Vec<f64>>,
 }
 
@@ -211,6 +118,7 @@ impl PoseSolver {
             iterations: 0,
             attempts: 0,
             unreachable: self.is_too_far(aim.task, target, settings),
+            beyond: None,
             seen: trace.then(Vec::new),
         };
         let pose = search.run(inverse, settings);
@@ -257,7 +165,7 @@ impl Search<'_> {
         if self.unreachable {
             restarts = restarts.min(OUT_OF_REACH);
         }
-        let mut start = self.start;
+        let mut start = self.beyond.unwrap_or(self.start);
         for i in 0..n {
             start[i] = self.turned(i, start[i], start[i]).clamp(robot.limits().q_min[i], robot.limits().q_max[i]);
         }
@@ -266,7 +174,7 @@ impl Search<'_> {
             return self.sweep(start, settings.iterations);
         }
         let mut costs = None;
-        let mut random = RandomPostures::new(settings.seed);
+        let mut random = RandomPostures::new(settings.seed.wrapping_add(1));
         for attempts in 0..=restarts {
             self.attempts = attempts;
             self.problem.bounds.patient = attempts >= PATIENT_AFTER;
@@ -285,8 +193,8 @@ impl Search<'_> {
                 return pose;
             }
             let table = costs.get_or_insert_with(|| self.solver.starts.costs(&self.problem.goal));
-            match self.solver.starts.next(table).filter(|_| settings.seed == 0 && attempts < 64) {
-                Some(next) => start = next,
+            match if settings.seed == 0 { self.solver.starts.next(table) } else { None } {
+                Some(kept) => start = kept,
                 None => random.fill(robot, &mut start[..n]),
             }
         }
@@ -300,16 +208,22 @@ impl Search<'_> {
         let (limits, n) = (robot.limits(), robot.n());
         let frame = Frame { axes: self.problem.goal.target.frame, origin: self.problem.goal.target.position };
         let found = inverse.solve(&frame);
-        let near = &self.start[..n];
-        let (mut best, mut least) = ([0.0; MAX_JOINTS], f64::INFINITY);
+        let from = self.start;
+        let near = &from[..n];
+        let (mut best, mut least, mut farthest) = ([0.0; MAX_JOINTS], f64::INFINITY, f64::INFINITY);
         for row in &found.q[..found.count] {
-            let mut q = [0.0; MAX_JOINTS];
-            let mut distance = 0.0;
+            let (mut q, mut distance, mut beyond) = ([0.0; MAX_JOINTS], 0.0, 0.0);
             for i in 0..n {
-                q[i] = self.turned(i, row[i], near[i]).clamp(limits.q_min[i], limits.q_max[i]);
-                distance += if limits.admit(i, self.turned(i, row[i], near[i])) { (q[i] - near[i]).powi(2) } else { f64::INFINITY };
+                let x = self.turned(i, row[i], near[i]);
+                q[i] = x.clamp(limits.q_min[i], limits.q_max[i]);
+                distance += (q[i] - near[i]).powi(2);
+                beyond = f64::max(beyond, (x - q[i]).abs());
             }
-            if distance < least && limits.coupled.iter().all(|it| it.margin(&q[..n]) >= 0.0) {
+            if beyond > AT_LIMIT || limits.coupled.iter().any(|it| it.margin(&q[..n]) < 0.0) {
+                if beyond < farthest {
+                    (self.beyond, farthest) = (Some(q), beyond);
+                }
+            } else if distance < least {
                 (best, least) = (q, distance);
             }
         }
