@@ -69,6 +69,15 @@ impl Range {
         self.is_free() || self.offset(angle).abs() <= self.half()
     }
 
+    /// The angle of the range that is nearest on the circle.
+    pub(super) fn clamp(&self, angle: f64) -> f64 {
+        match self.contains(angle) {
+            true => angle,
+            false if self.offset(angle) > 0.0 => self.high,
+            false => self.low,
+        }
+    }
+
     /// Its ends, if it has any.
     pub(super) fn ends(&self) -> impl Iterator<Item = f64> + use<> {
         let count = if self.is_free() { 0 } else { 2 };
@@ -80,8 +89,8 @@ impl Range {
         let (low, width, free) = (self.low, self.high - self.low, self.is_free());
         let count = if self.is_fixed() { 1 } else { count.max(1) };
         (0..count).map(move |i| match (free, count) {
+            (_, 1) => low + 0.5 * width,
             (true, _) => low + TAU * i as f64 / count as f64,
-            (false, 1) => low + 0.5 * width,
             (false, _) => low + width * i as f64 / (count - 1) as f64,
         })
     }
