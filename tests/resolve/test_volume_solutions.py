@@ -73,10 +73,11 @@ def test_the_sqp_finds_the_best_of_a_grid_of_members() -> None:
     volume = rd.OrientationVolume.cone(0.25)
     target = robot.fk(q)
     solver = rd.OrthogonalSQP(robot, rd.Task.within(volume), CONDITION)
-    x, value, status, _ = solver.solve(target, starts=200)
+    _x, value, status, _ = solver.solve(target, starts=200)
     assert status != "unreachable"
     postures, member = robot.inverse(target, task=rd.Task.within(volume), samples=(6, 24, 24), limits=True)
-    assert len(postures) == len(member) and member.max() < len(volume.grid(6, 24, 24))
+    assert len(postures) == len(member)
+    assert member.max() < len(volume.grid(6, 24, 24))
     values = CONDITION.evaluate_many(robot, postures, 0)[0]
     assert value <= np.nanmin(values) * (1.0 + 1e-9)
     assert value > 0.9 * np.nanmin(values), "and no other problem has been solved"
@@ -101,7 +102,8 @@ def test_an_error_is_the_way_into_the_volume() -> None:
     assert (solver.error(Q, target) == 0.0).all()
     target[:3, :3] = turned(target[:3, :3], 0.5 * robot.fk(Q)[:3, 0])
     error = solver.error(Q, target)
-    assert abs(np.linalg.norm(error[:3]) - 0.3) < 1e-12 and (error[3:] == 0.0).all()
+    assert abs(np.linalg.norm(error[:3]) - 0.3) < 1e-12
+    assert (error[3:] == 0.0).all()
     there = turned(robot.fk(Q)[:3, :3], error[:3])
     assert abs(volume.distance(target[:3, :3].T @ there)) < 1e-12
     row = np.concatenate([target[:3, 3], target[:3, :3].ravel()])
@@ -123,7 +125,8 @@ def test_inverse_kinematics_of_the_nearest_member() -> None:
         angle = np.arccos(min(1.0, 0.5 * (np.trace(turn) - 1.0)))
         assert abs(angle - volume.distance(target[:3, :3].T @ robot.fk(Q)[:3, :3])) < 1e-7
     many, frame = robot.inverse(np.stack([robot.fk(Q), target]), task=task, near=np.stack([Q, Q]))
-    assert len(many) == len(frame) and set(frame.tolist()) == {0, 1}
+    assert len(many) == len(frame)
+    assert set(frame.tolist()) == {0, 1}
 
 
 def test_inverse_kinematics_of_a_grid_of_members() -> None:
@@ -133,7 +136,8 @@ def test_inverse_kinematics_of_a_grid_of_members() -> None:
     members = volume.grid(2, 6, 3)
     for how in ({"fixed": {2: 0.2}}, {"arm_angle": robot.arm_angle(q)}):
         postures, member, singular, complete = robot.inverse(target, task=task, samples=(2, 6, 3), report=True, **how)
-        assert len(postures) == len(member) == len(singular) and len(complete) == len(members)
+        assert len(postures) == len(member) == len(singular)
+        assert len(complete) == len(members)
         for x, k in zip(postures, member, strict=True):
             there = robot.fk(x)
             assert volume.contains(target[:3, :3].T @ there[:3, :3], 1e-8)
@@ -171,7 +175,8 @@ def test_paths_are_followed_within_a_volume(rotations: bool) -> None:
     ):
         found = rd.follow(solver, path, plain.q[0], progress=False)
         assert "unreachable" not in found.status
-        assert found.axis_error.max() <= 1e-9 and found.position_error.max() <= 1e-9
+        assert found.axis_error.max() <= 1e-9
+        assert found.position_error.max() <= 1e-9
         tool = robot.fk(found.q)
         if not rotations:
             tilt = np.arccos(np.einsum("ij,ij->i", tool[:, :3, 2], path.axis))
@@ -179,7 +184,8 @@ def test_paths_are_followed_within_a_volume(rotations: bool) -> None:
         if isinstance(solver, rd.OrthogonalSQP):
             assert found.max_condition_number < plain.max_condition_number
         loop = rd.track(solver, path, found.q[0], progress=False)
-        assert loop.axis_error.max() <= 1e-9 and loop.position_error[1:].max() < 1e-3
+        assert loop.axis_error.max() <= 1e-9
+        assert loop.position_error[1:].max() < 1e-3
 
 
 def test_a_path_without_rotations_has_no_frame_for_other_volumes() -> None:
