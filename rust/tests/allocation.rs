@@ -254,7 +254,14 @@ fn ticks(robot: &Robot, q: &[f64]) {
                 let (mut memory, mut rates) = (QuadraticMemory::default(), vec![0.0; n]);
                 // Rows that hold, and rows that exclude each other.
                 for rows in [[own(-0.1), own(-0.2)], [own(1e3), Row { upper: -1e3, ..own(f64::NEG_INFINITY) }]] {
-                    let tick = Tick { q, twist: [0.1, -0.2, 0.05, 0.3, 0.1, -0.2], stiffness: 100.0, rows: &rows, twists: &[[0.1; 6]], frame: None };
+                    let tick = Tick {
+                        q,
+                        twist: [0.1, -0.2, 0.05, 0.3, 0.1, -0.2],
+                        stiffness: 100.0,
+                        rows: &rows,
+                        twists: &[[0.1; 6]],
+                        frame: None,
+                    };
                     for _ in 0..2 {
                         free_of_allocation("tick", || solver.step(&tick, &mut memory, &mut rates));
                         if q.iter().all(|x| x.is_finite()) {

@@ -99,18 +99,21 @@ class Loop:
     tilt: float = 0.0
 
 
-def frame_about(robot: rd.Robot, q: F64, volume: rd.OrientationVolume, seed: int) -> F64:
-    """A path's frame about which the tool at a posture is a random member of a volume."""
-    member = volume.sample(1, seed)[0]
-    w, x, y, z = member
-    r = np.array(
+def rotation_of(quaternion: F64) -> F64:
+    """The rotation (3, 3) of a unit quaternion [w, x, y, z]."""
+    w, x, y, z = quaternion
+    return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
-    out: F64 = robot.fk(q)[:3, :3] @ r.T
+
+
+def frame_about(robot: rd.Robot, q: F64, volume: rd.OrientationVolume, seed: int) -> F64:
+    """A path's frame about which the tool at a posture is a random member of a volume."""
+    out: F64 = robot.fk(q)[:3, :3] @ rotation_of(volume.sample(1, seed)[0]).T
     return out
 
 

@@ -83,7 +83,8 @@ def test_limits_of_acceleration_leave_room_to_come_to_rest_in_front_of_a_bound()
             assert (np.abs(rates - before) <= robot.qdd_max * dt * (1.0 + 1e-9)).all()
             there, before = there + dt * rates, rates
             distance = volume.signed_distance(frame.T @ robot.fk(there)[:3, :3])
-            assert distance <= BAR and program.status != "infeasible"
+            assert distance <= BAR
+            assert program.status != "infeasible"
             farthest = max(farthest, float(distance) + tilt)
         assert farthest > tilt - 1e-3, "it gets to the bound"
 
@@ -139,7 +140,8 @@ def test_a_tool_outside_comes_back_with_a_bounded_speed(solver: str, kind: str) 
         while before > BAR:
             q = q + dt * one.step_along(q, pose(frame, position), pose(frame, position))
             after = float(volume.distance(frame.T @ robot.fk(q)[:3, :3]))
-            assert one.status == "returning" and after < before
+            assert one.status == "returning"
+            assert after < before
             assert before - after < 4.0 * dt, "half a radian per second a bound"
             ticks, before = ticks + 1, after
         assert first < 1e-6 or ticks > 10
@@ -155,7 +157,8 @@ def test_a_volume_about_a_frame_that_jumps_is_reached_at_a_bounded_speed() -> No
     one = rd.TwistDecomposition(robot, rd.Task.within(volume), dt=1e-3)
     frame = turned(robot.fk(q)[:3, :3], np.array([0.4, 0.0, 0.0]))
     rates = one.step(q, np.zeros(6), frame=frame)
-    assert one.status == "returning" and np.abs(robot.jacobian(q)[:3] @ rates).max() < 2.0
+    assert one.status == "returning"
+    assert np.abs(robot.jacobian(q)[:3] @ rates).max() < 2.0
 
 
 def test_a_frame_is_a_rotation_or_a_pose_and_positions_of_it_do_not_matter() -> None:
@@ -200,6 +203,8 @@ def test_what_excludes_a_volume_is_told() -> None:
     # All joints have to stand, and the frame turns away.
     stands = {"rows": np.eye(6), "lower": np.zeros(6), "upper": np.zeros(6)}
     one.step(q, np.zeros(6), frame=frame, **stands)
-    assert one.status == "solved" and one.failed == []
+    assert one.status == "solved"
+    assert one.failed == []
     one.step(q, np.zeros(6), frame=turned(frame, np.array([0.02, 0.01, 0.0])), **stands)
-    assert one.status == "infeasible" and "volume" in one.failed
+    assert one.status == "infeasible"
+    assert "volume" in one.failed

@@ -4,7 +4,20 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import descent, frames, inverse, one_joint, plans, poses, projectors, qp, rest, urdf, volumes
+from tests.soak import (
+    descent,
+    frames,
+    inverse,
+    one_joint,
+    plans,
+    poses,
+    projectors,
+    qp,
+    rest,
+    urdf,
+    volume_ticks,
+    volumes,
+)
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
@@ -18,6 +31,7 @@ SOAKS: dict[str, Callable[[list[str]], int]] = {
     "rest": rest.main,
     "urdf": urdf.main,
     "volumes": volumes.main,
+    "volume_ticks": volume_ticks.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 

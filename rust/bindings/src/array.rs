@@ -124,6 +124,35 @@ pub fn read_row_or_matrix(name: &str, value: &Bound<'_, PyAny>, width: usize) ->
     }
 }
 
+/// A rotation (3, 3) or a pose (4, 4) as the numbers of a pose by rows: of a rotation with no translation.
+#[inline(never)]
+pub fn read_rotation_or_pose(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; 16]> {
+    let mut out = [0.0; 16];
+    out[15] = 1.0;
+    if let Some((data, [down, right])) = plain(value, [3, 3]) {
+        for k in 0..9 {
+            // SAFETY: both indices are within their dimensions, and the GIL keeps the array alive.
+            out[4 * (k / 3) + k % 3] = unsafe { read(data, down * (k / 3) as isize + right * (k % 3) as isize) };
+        }
+        return Ok(out);
+    }
+    if let Some((data, [down, right])) = plain(value, [4, 4]) {
+        // SAFETY: as above.
+        return Ok(std::array::from_fn(|k| unsafe { read(data, down * (k / 4) as isize + right * (k % 4) as isize) }));
+    }
+    let (numbers, shape) = read_any(name, value)?;
+    match *shape {
+        [3, 3] => {
+            for (row, given) in out.chunks_exact_mut(4).zip(numbers.chunks_exact(3)) {
+                row[..3].copy_from_slice(given);
+            }
+        }
+        [4, 4] => out.copy_from_slice(&numbers),
+        _ => return Err(Error::Shape { name: name.into(), got: shape_of(&shape), expected: "(3, 3) or (4, 4)".into() }.into()),
+    }
+    Ok(out)
+}
+
 /// Many of them: the numbers, and how many are one. Shape (N, width) or (N, 4, 4), or one alone.
 pub fn read_rows_or_matrices(name: &str, value: &Bound<'_, PyAny>, width: usize) -> PyResult<(Vec<f64>, usize)> {
     let (numbers, shape) = read_any(name, value)?;

@@ -115,7 +115,13 @@ impl Sought<'_> {
     }
 
     /// The position, then the sides without width and the way into the volume, of which three are enough; from afar that way comes first.
-    fn equations(&self, tool: &Frame, turns: &[Vec3; MAX_JOINTS], moves: &[Vec3; MAX_JOINTS], (w, v): (Vec3, Vec3)) -> (Rows6<MAX_JOINTS>, Row6) {
+    fn equations(
+        &self,
+        tool: &Frame,
+        turns: &[Vec3; MAX_JOINTS],
+        moves: &[Vec3; MAX_JOINTS],
+        (w, v): (Vec3, Vec3),
+    ) -> (Rows6<MAX_JOINTS>, Row6) {
         let (mut rows, mut wanted) = ([[0.0; MAX_JOINTS]; 6], [0.0; 6]);
         for c in 0..3 {
             rows[c] = moves.map(|column| column[c]);

@@ -3,16 +3,19 @@
 use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
-use crate::array::{RowOrMatrix, elements, ok, output, read_any, read_one_or_many, read_row_or_matrix, read_rows_or_matrices, read_vector, shape_of, vector};
+use crate::array::{
+    RowOrMatrix, elements, ok, output, read_one_or_many, read_rotation_or_pose, read_row_or_matrix, read_rows_or_matrices, read_vector,
+    vector,
+};
 use crate::errors::PyResult;
 use crate::index::objective::PyObjective;
 use crate::results::{PATH_SOLUTION, SOLUTION};
 use crate::robot::PyRobot;
 use crate::task::PyTask;
 use redundancy::error::Error;
-use redundancy::linalg::{MAX_JOINTS, Row6};
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::vector::Vec3;
+use redundancy::linalg::{MAX_JOINTS, Row6};
 use redundancy::resolve::{Memory, PathFrame, Resolver, Solution, SolveStatus, StepStatus};
 use redundancy::robot::Robot;
 use redundancy::task::{Target, Task};
@@ -128,21 +131,16 @@ pub fn path_frame(solver: &dyn Resolver, frame: Option<&Bound<'_, PyAny>>, start
     let Some(frame) = frame else {
         return match solver.volume() {
             None => Ok(None),
-            Some(_) => Err(Error::value("frame", "None", "the path's frame at the end of the tick, as the task is within a volume about it").into()),
+            Some(_) => {
+                Err(Error::value("frame", "None", "the path's frame at the end of the tick, as the task is within a volume about it")
+                    .into())
+            }
         };
     };
     if solver.volume().is_none() {
         return Err(Error::value("frame", "given", "none, as the task has no volume about it").into());
     }
-    let (given, shape) = read_any("frame", frame)?;
-    let matrix = match shape[..] {
-        [4, 4] => given,
-        [3, 3] => {
-            let r = &given;
-            vec![r[0], r[1], r[2], 0.0, r[3], r[4], r[5], 0.0, r[6], r[7], r[8], 0.0, 0.0, 0.0, 0.0, 1.0]
-        }
-        _ => return Err(Error::Shape { name: "frame".into(), got: shape_of(&shape), expected: "(3, 3) or (4, 4)".into() }.into()),
-    };
+    let matrix = read_rotation_or_pose("frame", frame)?;
     Ok(Some(PathFrame { start, end: ok(Frame::from_matrix("frame", &matrix))?.axes }))
 }
 
@@ -221,7 +219,8 @@ pub struct Last {
 
 impl Last {
     /// Nothing asked yet.
-    pub const NONE: Self = Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS], frame: None };
+    pub const NONE: Self =
+        Self { status: StepStatus::Regular, q: [0.0; MAX_JOINTS], twist: [0.0; 6], rates: [0.0; MAX_JOINTS], frame: None };
 
     /// Takes up a step, in place.
     #[inline(always)]

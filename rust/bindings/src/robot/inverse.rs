@@ -8,10 +8,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use redundancy::error::{Error, Result};
 use redundancy::inverse::{Postures, Request, TaskInverse, Wanted};
-use redundancy::robot::Robot;
+use redundancy::kinematics::forward;
 use redundancy::linalg::frame::Frame;
 use redundancy::linalg::quaternion::Quaternion;
-use redundancy::kinematics::forward;
+use redundancy::robot::Robot;
 use redundancy::task::{OrientationVolume, Task};
 
 use crate::array::{elements, ok, output, read_any, read_vector, shape_of};

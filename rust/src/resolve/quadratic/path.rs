@@ -12,7 +12,7 @@ use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6};
 use crate::resolve::bounds::motion_interval;
 use crate::resolve::reach_inside::Sought;
-use crate::resolve::{Memory, PathFrame, ON_TARGET, Resolver, Solution, SolveStatus};
+use crate::resolve::{Memory, ON_TARGET, PathFrame, Resolver, Solution, SolveStatus};
 use crate::robot::Robot;
 use crate::task::{OrientationVolume, Target, Task};
 
@@ -69,7 +69,14 @@ fn solve<const C: usize>(solver: &QuadraticSolver, target: &Target, q0: &[f64]) 
         for i in 0..n {
             (bounds.lower[i], bounds.upper[i]) = motion_interval(limits, i, q[i]);
         }
-        let tick = Tick { q: &q[..n], twist, stiffness: settings.stiffness, rows: &[], twists: &[], frame: Some(PathFrame { start: None, end: target.frame }) };
+        let tick = Tick {
+            q: &q[..n],
+            twist,
+            stiffness: settings.stiffness,
+            rows: &[],
+            twists: &[],
+            frame: Some(PathFrame { start: None, end: target.frame }),
+        };
         solver.within::<C>(&tick, 1.0, &bounds, &mut memory, &mut motion[..n]);
         for i in 0..n {
             q[i] += motion[i];

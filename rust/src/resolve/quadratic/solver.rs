@@ -245,7 +245,14 @@ impl QuadraticSolver {
         let n = programme.n;
         let (own, hard, all) = self.gather(programme, buffer);
         if let Some(inside) = programme.inside {
-            inside.predict(&self.robot, programme.tick.q, (programme.tool, programme.jacobian), memory.rates.as_ref(), programme.dt, &mut buffer[own..]);
+            inside.predict(
+                &self.robot,
+                programme.tick.q,
+                (programme.tool, programme.jacobian),
+                memory.rates.as_ref(),
+                programme.dt,
+                &mut buffer[own..],
+            );
         }
         let narrowed = programme.bounds.jerks.then(|| self.within_jerk(programme, &buffer[..all], memory));
         let bounds = narrowed.as_ref().unwrap_or(programme.bounds);
@@ -292,7 +299,9 @@ impl QuadraticSolver {
             deviation: [w[0], w[1], w[2], v[0], v[1], v[2]],
             failed: failed(&buffer[..own], rates),
             beyond_deviation: answer.beyond_deviation,
-            outside: programme.inside.is_some_and(|inside| inside.falls_short::<C>(&self.robot, programme.tick.q, &rates[..n], programme.dt)),
+            outside: programme
+                .inside
+                .is_some_and(|inside| inside.falls_short::<C>(&self.robot, programme.tick.q, &rates[..n], programme.dt)),
             // Beside a singularity an index can outweigh all else, or its squares overflow, whatever its form.
             conditioned: programme.conditioned && (printed || answer.without_index.is_none()),
             changes: answer.changes,
@@ -481,7 +490,13 @@ fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut 
 /// The rates that are nearest to those before and hold the rows, which have changed by little since. Those before where there are none.
 #[cold]
 #[inline(never)]
-fn settle<const C: usize>(programme: &Programme<'_, C>, at: &Constraints<'_, C>, mut before: Answer<C>, round: usize, memory: &QuadraticMemory) -> Answer<C> {
+fn settle<const C: usize>(
+    programme: &Programme<'_, C>,
+    at: &Constraints<'_, C>,
+    mut before: Answer<C>,
+    round: usize,
+    memory: &QuadraticMemory,
+) -> Answer<C> {
     let (n, m) = (programme.n, programme.directions.dimension());
     if Step::of(round) == Step::Rest {
         before.x = [0.0; C];

@@ -203,7 +203,11 @@ impl RateSolver {
     /// The same with a volume that the tool's orientation, about the path's, has to be in; the task is the position.
     pub fn within_volume(mut self, volume: OrientationVolume) -> Result<Self> {
         if !self.method.takes_volumes() {
-            return Err(Error::value("task", "within a volume", "a task without, as the method follows or shares free components of the twist"));
+            return Err(Error::value(
+                "task",
+                "within a volume",
+                "a task without, as the method follows or shares free components of the twist",
+            ));
         }
         check_volume(&volume, &self.task)?;
         self.volume = Some(Box::new(volume));

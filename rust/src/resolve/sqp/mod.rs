@@ -8,10 +8,10 @@ mod step;
 
 use std::sync::Arc;
 
-use super::inside::{Asking, Inside, PathFrame, check_volume, keep_inside};
 use super::StepStatus;
 use super::bounds::{coupled_rows, speed_bounds};
 use super::coupled::keep_combinations;
+use super::inside::{Asking, Inside, PathFrame, check_volume, keep_inside};
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
 use crate::kinematics::sized::{Jacobian, jacobian};
@@ -157,7 +157,13 @@ impl OrthogonalSqp {
     /// Writes the bounds of the volume as rows of motions in a tick of length `dt`; how many there are.
     #[cold]
     #[inline(never)]
-    pub(super) fn side_rows<const C: usize>(&self, frame: &PathFrame, at: (&Frame, &Jacobian<C>), dt: f64, rows: &mut [DenseRow<C>]) -> usize {
+    pub(super) fn side_rows<const C: usize>(
+        &self,
+        frame: &PathFrame,
+        at: (&Frame, &Jacobian<C>),
+        dt: f64,
+        rows: &mut [DenseRow<C>],
+    ) -> usize {
         let Some(volume) = &self.volume else { return 0 };
         let inside = Inside::new(volume, frame, at.0, dt);
         inside.write(at, &[0.0; C], dt, rows);

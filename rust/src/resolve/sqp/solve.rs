@@ -197,7 +197,9 @@ impl OrthogonalSqp {
         if rows.is_empty() {
             return hold(&known, &bounds, step);
         }
-        let sides = |weights: &[f64; MAX_SIDES]| self.volume.as_ref().map_or([[0.0; MAX_JOINTS]; MAX_JOINTS], |volume| curvature(volume, robot, &target.frame, q, weights));
+        let sides = |weights: &[f64; MAX_SIDES]| {
+            self.volume.as_ref().map_or([[0.0; MAX_JOINTS]; MAX_JOINTS], |volume| curvature(volume, robot, &target.frame, q, weights))
+        };
         let bend: Option<Bend<'_>> = self.volume.is_some().then_some((straight, &sides));
         pressed(&known, &bounds, step, bend, |known, bounds| hold(known, bounds, newton_step(known, bounds)))
     }

@@ -139,8 +139,10 @@ fn no_twist_asks_for_no_motion() {
         for _ in 0..50 {
             let case = Case::new(rng, kind);
             let q = posture(rng, &case.robot);
-            let (rates, outcome) =
-                first_step(&case.plain(settings(rng, true)), &Tick { q: &q, twist: [0.0; 6], stiffness: 1e4, rows: &[], twists: &[], frame: None });
+            let (rates, outcome) = first_step(
+                &case.plain(settings(rng, true)),
+                &Tick { q: &q, twist: [0.0; 6], stiffness: 1e4, rows: &[], twists: &[], frame: None },
+            );
             assert!(rates.iter().all(|x| *x == 0.0) && outcome.status == QuadraticStatus::Solved, "{rates:?} {outcome:?}");
         }
     }
@@ -153,8 +155,10 @@ fn a_task_beyond_the_limits_is_limited() {
     for _ in 0..100 {
         let q = posture(rng, &case.robot);
         let settings = QuadraticSettings { dt: 1e-3, ..settings(rng, true) };
-        let (rates, outcome) =
-            first_step(&case.plain(settings), &Tick { q: &q, twist: twist(rng, 100.0), stiffness: 1e4, rows: &[], twists: &[], frame: None });
+        let (rates, outcome) = first_step(
+            &case.plain(settings),
+            &Tick { q: &q, twist: twist(rng, 100.0), stiffness: 1e4, rows: &[], twists: &[], frame: None },
+        );
         assert_eq!(outcome.status, QuadraticStatus::Limited);
         assert!(rates.iter().any(|x| (x.abs() - 1.7).abs() < 1e-9), "{rates:?}");
     }
@@ -174,7 +178,14 @@ fn singular_postures() {
             for _ in 0..50 {
                 let settings = settings(rng, true);
                 let q: Vec<f64> = (0..case.n()).map(|_| off * rng.within(-1.0, 1.0)).collect();
-                let tick = Tick { q: &q, twist: twist(rng, 0.05), stiffness: 10f64.powf(rng.within(0.0, 6.0)), rows: &[], twists: &[], frame: None };
+                let tick = Tick {
+                    q: &q,
+                    twist: twist(rng, 0.05),
+                    stiffness: 10f64.powf(rng.within(0.0, 6.0)),
+                    rows: &[],
+                    twists: &[],
+                    frame: None,
+                };
                 for objective in [None, Some(&condition), Some(&middle)] {
                     for form in [IndexForm::Curvature, IndexForm::Equality] {
                         for derivatives in [Derivatives::Exact, Derivatives::Bfgs] {
