@@ -66,7 +66,8 @@ CASES = {
 def test_no_slower_than_a_fine_grid(name: str) -> None:
     robot, path = CASES[name]
     plan = rd.plan(robot, path, AXIS, criterion="speed", progress=False)
-    assert plan.failure is None and plan.refined
+    assert plan.failure is None
+    assert plan.refined
     worst = slowness(robot, path, plan.q)
     assert plan.speed == pytest.approx(1.0 / worst, rel=1e-12)
     assert np.max(plan.value) == pytest.approx(worst, rel=1e-9)
@@ -93,7 +94,8 @@ def test_what_the_plan_does_not_hang_on() -> None:
     plan = rd.plan(robot, path, AXIS, criterion="speed", progress=False)
     timed = rd.Toolpath(path.position, path.axis, time=np.linspace(0.0, 1e-3, len(path)) ** 2)
     again = rd.plan(robot, timed, AXIS, criterion="speed", progress=False)
-    assert again.failure is None and again.speed == pytest.approx(plan.speed, rel=1e-6)
+    assert again.failure is None
+    assert again.speed == pytest.approx(plan.speed, rel=1e-6)
     # Twice as fast joints, twice as fast a tool.
     limits = {"q_min": robot.q_min, "q_max": robot.q_max, "qd_max": 2.0 * robot.qd_max}
     double = rd.plan(robot.with_limits(**limits), path, AXIS, criterion="speed", progress=False)
@@ -105,7 +107,8 @@ def test_a_step_without_length_does_not_count() -> None:
     twice = rd.Toolpath(np.repeat(path.position, 2, axis=0), np.repeat(path.axis, 2, axis=0))
     plan = rd.plan(robot, path, AXIS, criterion="speed", progress=False)
     standing = rd.plan(robot, twice, AXIS, criterion="speed", progress=False)
-    assert standing.failure is None and standing.speed >= plan.speed * (1.0 - 1e-6)
+    assert standing.failure is None
+    assert standing.speed >= plan.speed * (1.0 - 1e-6)
 
 
 def test_closed_path() -> None:
@@ -127,7 +130,8 @@ def test_a_seven_axis_arm() -> None:
     path = joint_line(robot, np.array([0, 0.5, 0, -1.2, 0, 0.8, 0]), np.array([0.4, 0.7, 0.2, -1.0, 0.3, 1.0, 0.4]), 9)
     plan = rd.plan(robot, path, AXIS, criterion="speed", n_spare=12, progress=False)
     motion = rd.plan(robot, path, AXIS, criterion="motion", n_spare=12, progress=False)
-    assert plan.failure is None and plan.speed >= motion.speed * (1.0 - 1e-6)
+    assert plan.failure is None
+    assert plan.speed >= motion.speed * (1.0 - 1e-6)
 
 
 def test_what_is_refused() -> None:

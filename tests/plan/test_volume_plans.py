@@ -41,7 +41,8 @@ def relative(plan: rd.Plan, rotation: F64) -> F64:
 def assert_within(plan: rd.Plan, volume: rd.OrientationVolume, rotation: F64) -> None:
     assert plan.failure is None
     assert np.max(volume.signed_distance(relative(plan, rotation))) <= 1e-9
-    assert plan.position_error.max() <= 1e-9 and plan.axis_error.max() <= 1e-9
+    assert plan.position_error.max() <= 1e-9
+    assert plan.axis_error.max() <= 1e-9
 
 
 VOLUMES = {
@@ -73,7 +74,9 @@ def test_tilt_heading_and_twist() -> None:
     path = with_rotations(helix(11))
     assert path.rotation is not None
     plan = rd.plan(FANUC, path, rd.Task.within(VOLUMES["cone with spin"]), KAPPA, progress=False)
-    assert plan.tilt is not None and plan.heading is not None and plan.twist is not None
+    assert plan.tilt is not None
+    assert plan.heading is not None
+    assert plan.twist is not None
     for R, tilt, heading, twist in zip(relative(plan, path.rotation), plan.tilt, plan.heading, plan.twist, strict=True):
         axis = np.array([-np.sin(heading), np.cos(heading), 0.0])
         K = np.cross(np.eye(3), axis)
@@ -107,7 +110,7 @@ def test_a_wider_cone_is_no_worse() -> None:
 
 
 def least_by_grid(robot: rd.Robot, path: rd.Toolpath, tilt: float, criterion: str) -> float:
-    """Return the least cost over a grid of tilts, headings and spins, by dynamic programming over closed-form postures."""
+    """Return the least cost over a grid of tilts, headings and spins, by dynamic programming over postures."""
     rotation = rd.planning.core_path(path).frames(AXIS)[:, :3, :3]
     members = rd.OrientationVolume.cone(tilt).grid(2, 8, 48)
     layers = []
@@ -227,7 +230,9 @@ def test_tilt_reaches_where_the_spin_alone_does_not() -> None:
     leaning = rd.plan(
         robot, path, rd.Task.within(rd.OrientationVolume.cone(np.deg2rad(40))), criterion="motion", progress=False
     )
-    assert leaning.failure is None and leaning.tilt is not None and leaning.tilt.max() > 0.05
+    assert leaning.failure is None
+    assert leaning.tilt is not None
+    assert leaning.tilt.max() > 0.05
 
 
 def test_what_is_refused() -> None:
@@ -253,10 +258,12 @@ def test_map_over_tilt() -> None:
     task = rd.Task.within(rd.OrientationVolume.cone(np.deg2rad(15)))
     chart = rd.redundancy_map(FANUC, path, task, KAPPA, 24, n_tilts=2, n_headings=6, progress=False)
     upright = rd.redundancy_map(FANUC, path, AXIS, KAPPA, 24, progress=False)
-    assert chart.value.shape == (4, 13, 24, 8) and chart.tilts.shape == (13, 2)
+    assert chart.value.shape == (4, 13, 24, 8)
+    assert chart.tilts.shape == (13, 2)
     np.testing.assert_allclose(chart.tilts[[0, 1, 7], 0], np.deg2rad([0.0, 7.5, 15.0]))
     np.testing.assert_allclose(chart.best_by_tilt[:, 0], np.nanmin(upright.best, axis=1))
     assert (np.nan_to_num(chart.best, nan=np.inf) <= np.nan_to_num(upright.best, nan=np.inf) + 1e-9).all()
     plan = rd.plan(FANUC, path, task, KAPPA, progress=False)
+    assert plan.twist is not None
     np.testing.assert_allclose(chart.spin_of(plan), plan.twist)
     chart.plot(trajectory=plan)

@@ -282,8 +282,8 @@ def redundancy_map(
         N points.
     task : Task
         Any; axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
-        orientation, axes or rotations. ``Task.within`` a volume adds tilts within it: a picture shows for every spin the
-        best of them, `RedundancyMap.best_by_tilt` for every tilt the best spin.
+        orientation, axes or rotations. ``Task.within`` a volume adds tilts within it: a picture shows for every spin
+        the best of them, `RedundancyMap.best_by_tilt` for every tilt the best spin.
     objective : Objective, optional
         What cells are worth; 0 where feasible if not given.
     n_angles : int

@@ -84,9 +84,9 @@ def plan(
         What is minimised. Not needed for the criteria "motion" and "speed".
     criterion : {"minimax", "integral", "motion", "speed"}
         The worst value on the path; the mean value; the integral of the squared joint speed alone; or the largest
-        constant speed of the tool by the speed limits ``robot.qd_max``: the largest |dq| / (qd_max ds) of all joints and
-        steps is minimised, 1 / `Plan.speed`. A step without length, on which the tool stands, does not count. Times of
-        the path are not looked at.
+        constant speed of the tool by the speed limits ``robot.qd_max``: the largest |dq| / (qd_max ds) of all joints
+        and steps is minimised, 1 / `Plan.speed`. A step without length, on which the tool stands, does not count. Times
+        of the path are not looked at.
     limits : bool
         Whether position limits hold, and speed limits where the path has times.
     smoothness : float, optional

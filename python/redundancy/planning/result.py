@@ -40,8 +40,8 @@ class Plan(Trajectory):
     Attributes
     ----------
     objective : Objective or None
-        What was minimised; None where it was the motion alone, or the speed that counts. For "speed" the ``value`` of a
-        point is the time that the tool takes for a metre [s/m] by the joint that is slowest on the steps to and from it.
+        What was minimised; None where it was the motion alone, or the speed that counts. For "speed" the ``value`` of
+        a point is the time that the tool takes for a metre [s/m], by the slowest joint on the steps to and from it.
     criterion : str
         "minimax", "integral", "motion" or "speed".
     smoothness : float
@@ -162,8 +162,8 @@ class Plan(Trajectory):
     def speed(self) -> float:
         """The largest constant speed of the tool at which every joint keeps to its speed limit [m/s].
 
-        By the motion from point to point; steps without length, on which the tool stands, do not count. NaN where a point
-        is not reached.
+        By the motion from point to point; steps without length, on which the tool stands, do not count. NaN where a
+        point is not reached.
         """
         length = np.linalg.norm(np.diff(self.path.position, axis=0), axis=1)
         if "unreachable" in self.status or not (length > 0.0).any():

@@ -28,6 +28,10 @@ const SHORT: f64 = 0.9;
 const DECREASE: f64 = 1e-4;
 /// Rounding of the barrier function, relative to its size.
 const ROUNDING: f64 = 1e-14;
+/// A slope below this part of that rounding, relative, is none.
+const UNSEEN: f64 = 1e-2;
+/// Residual that is an optimum where rounding keeps it from getting smaller, relative to the scale of what is minimised.
+const SETTLED: f64 = 1e-8;
 /// A step of the joints below this [rad or m] is none.
 const STILL: f64 = 1e-15;
 /// Least and largest multiplier, as a multiple of `mu / slack`.
@@ -198,10 +202,14 @@ impl<const C: usize> Solver<'_, C> {
             }
             iterations += 1;
             let step = model.direction(self.problem, &points, &self.constraints);
-            let taken = step.is_some_and(|step| self.advance(&mut state, &points, &step, mu));
+            let told = ROUNDING * UNSEEN * self.scale;
+            let taken = step.is_some_and(|step| step.slope < -told && self.advance(&mut state, &points, &step, mu));
             if !taken {
                 // Rounding has the last word at this weight.
                 if mu <= last {
+                    if out.0 <= SETTLED * self.scale && complementarity <= CENTRED * mu {
+                        out.1 = RefineStatus::Converged;
+                    }
                     break;
                 }
                 mu = (FALL * mu).max(last);

@@ -218,7 +218,11 @@ pub(super) fn routes(
         let mut ways = ways;
         if let Some(mut finder) = known.finder_of_speed(problem, points, closed, haste) {
             rivals.extend(slacks.iter().map(|slack| finder.find(*slack)).filter(|route| route.cells.len() == points.len()));
-            ways.extend(if finder.steps() > LARGE { Vec::new() } else { [finder.ways(WAYS), finder.spread(SPREAD)].concat() });
+            if finder.steps() <= LARGE {
+                ways.extend(finder.ways(WAYS));
+                // Tilts make as many ways again.
+                ways.extend(if problem.volume.is_none() { finder.spread(SPREAD) } else { Vec::new() });
+            }
             let mut seen: Vec<FoundRoute> = Vec::new();
             ways.retain(|way| {
                 seen.iter().all(|other| other.q != way.q) && {
