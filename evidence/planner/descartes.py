@@ -171,7 +171,7 @@ def ours(position: F64) -> Planner:
     return plan
 
 
-def descartes(position: F64) -> Planner:
+def descartes(position: F64, orientation: Sequence[float] = DOWNWARDS) -> Planner:
     """Prepare Descartes: robot, program and profiles are made ahead, the Cartesian pipeline is what plans.
 
     Parameters
@@ -190,7 +190,7 @@ def descartes(position: F64) -> Planner:
     robot.set_joints(np.zeros(len(names)), joint_names=names)
     program = planning.MotionProgram("manipulator", tcp_frame="tool0").set_joint_names(names)
     for point in position:
-        pose = planning.Pose.from_xyz_quat(list(point), DOWNWARDS)
+        pose = planning.Pose.from_xyz_quat(list(point), tuple(orientation))
         program = program.move_to(planning.CartesianTarget(pose, profile="DEFAULT"))
     profiles = tesseract("tesseract_command_language").ProfileDictionary()
     for profile in _sampling(solvers), _one_thread(solvers):

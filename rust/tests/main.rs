@@ -14,3 +14,4 @@ mod planner;
 mod qp;
 mod resolve;
 mod robustness;
+mod volume;

@@ -14,6 +14,12 @@
     [task]
     kind = "axisymmetric"                # or "position"; "full" needs a path with rotations
     axis = [0, 0, 1]                     # the tool's axis in the tool frame
+    # kind = "cone"                      # or "line_x", "line_y": tilted from the path's frame by no more than
+    # tilt_deg = 10
+    # spin_deg = [-30, 30]               # the spin that is left to a volume; any if left out
+    # kind = "pyramid"                   # or "square": about the frame's x and y axis
+    # tilt_x_deg = 10
+    # tilt_y_deg = 5
 
     [path]
     helix = { radius_mm = 250, pitch_mm_per_rad = 159.155, start_deg = 0, stop_deg = 90, center_mm = [1300, 1000, 0] }
@@ -54,6 +60,7 @@ import numpy as np
 from .. import robots
 from .._core import (
     Objective,
+    OrientationVolume,
     OrthogonalSQP,
     Robot,
     Task,
@@ -67,6 +74,14 @@ from .freedom import mixed, possible, rows_for
 from .plan_table import PlanTable, read_plan
 
 Frame: TypeAlias = Literal["tool", "flange"]
+_VOLUMES: Final = {
+    "cone": ("tilt_deg",),
+    "pyramid": ("tilt_x_deg", "tilt_y_deg"),
+    "square": ("tilt_x_deg", "tilt_y_deg"),
+    "line_x": ("tilt_deg",),
+    "line_y": ("tilt_deg",),
+}
+"""Volumes of orientations, with the keys of their tilts."""
 _KINDS: Final = Objective.kinds()
 _WEIGHTS: Final = (*_KINDS, *(f"{name}_squared" for name, of_jacobian in _KINDS.items() if of_jacobian))
 
@@ -131,8 +146,9 @@ def read_job(file: str | Path, base: str | None = None, tip: str | None = None) 
         objective = weighted_sum(weights, length, robot, rows)
         job = Job(file, robot, objective, _in_words(weights), task, path, plan, frame, rows, joints)
         # What does not fit together shows here, while the file is known.
-        job.solver()
-        path.targets(job.solver().task)
+        if task.volume is None:
+            job.solver()
+            path.targets(job.solver().task)
     except RedundancyError as error:
         raise document.fail(str(error)) from error
     return job
@@ -225,8 +241,10 @@ def _term(name: str, length: float, rows: list[int]) -> Objective:
 
 
 def _task(table: Table) -> Task:
+    kind = table.text("kind", "axisymmetric", ("axisymmetric", "position", "full", *_VOLUMES))
+    if kind in _VOLUMES:
+        return Task.within(_volume(table, kind))
     table.only("kind", "axis")
-    kind = table.text("kind", "axisymmetric", ("axisymmetric", "position", "full"))
     if kind == "axisymmetric":
         axis = table.array("axis", (3,)) if "axis" in table else np.array([0.0, 0.0, 1.0])
         if not axis.any():
@@ -235,3 +253,19 @@ def _task(table: Table) -> Task:
     if "axis" in table:
         raise table.error("axis", f'nothing with kind = "{kind}"')
     return Task.full() if kind == "full" else Task.position()
+
+
+def _volume(table: Table, kind: str) -> OrientationVolume:
+    """Return a volume of orientations, angles in degrees."""
+    tilts = _VOLUMES[kind]
+    table.only("kind", *tilts, "spin_deg")
+    angles = [float(np.deg2rad(table.number(key))) for key in tilts]
+    spin = None
+    if "spin_deg" in table:
+        low, high = (float(end) for end in np.deg2rad(table.array("spin_deg", (2,))))
+        spin = low, high
+    try:
+        volume: OrientationVolume = getattr(OrientationVolume, kind)(*angles, spin=spin)
+    except InvalidValueError as error:
+        raise table.fail(str(error)) from error
+    return volume

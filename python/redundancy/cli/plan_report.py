@@ -82,6 +82,9 @@ def _values(planned: Plan, objective: str) -> dict[str, str]:
     reached = ~np.isnan(planned.value)
     if planned.criterion == "speed" and planned.failure is None:
         rows["tool speed"] = f"{1000.0 * planned.speed:.1f} mm/s"
+    if planned.tilt is not None and planned.failure is None:
+        tilt = np.rad2deg(planned.tilt)
+        rows["tilt"] = f"{tilt.max():.2f} deg at most, {tilt.mean():.2f} deg in the mean"
     if planned.objective is not None and reached.any():
         weights = core_path(planned.path).weights[reached]
         rows[f"worst {objective}"] = f"{planned.value[reached].max():.5f}"

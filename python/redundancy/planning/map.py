@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._core import Lattice, Objective, Robot, Task, angle_grid, spare_grid
+from .._core import Lattice, Objective, OrientationVolume, Robot, Task, angle_grid, spare_grid
 from .._util import F64, progress_bar
 from ..errors import InvalidValueError
 from ..paths import Toolpath, Trajectory
@@ -36,7 +36,8 @@ class RedundancyMap:
     angles : ndarray, shape (A,)
         Spins of the tool [rad] from the frames of the path at spin 0 (its rotations, or frames that never turn about
         the axis).
-    value : ndarray, shape (N, A, B), or (N, S, A, B) with S values of spare joints
+    value : ndarray, shape (N, A, B), or (N, S, A, B) with S values of spare joints, or S tilts, or both: for each value
+        of the spare joints all tilts
         Objective; NaN where there is no posture.
     cause : ndarray of uint8, as value
         Why: an index of `CAUSES`: feasible, unreachable, joint limit, singular, predicate.
@@ -50,6 +51,9 @@ class RedundancyMap:
     spins : bool
         Whether the spins of the tool are on the grid. Else there is one angle, 0, and a map holds the values of the
         spare joints and the branches: a full task or a position, or five joints with an axisymmetric one.
+    tilts : ndarray, shape (M, 2)
+        Tilts of the tool within the volume that is the task, each with its heading [rad]; of a product of rotations its
+        first two angles. One, of zeros, for other tasks.
     """
 
     robot: Robot
@@ -63,6 +67,7 @@ class RedundancyMap:
     spare: tuple[int, ...] = ()
     spare_values: F64 = field(default_factory=lambda: np.zeros((1, 0)), repr=False)
     spins: bool = True
+    tilts: F64 = field(default_factory=lambda: np.zeros((1, 2)), repr=False)
 
     CAUSES = CAUSES
 
@@ -77,6 +82,14 @@ class RedundancyMap:
         """Least value over branches and spare joints, shape (N, A); NaN where there is none."""
         value = np.where(np.isnan(self.value), np.inf, self.value)
         least = value.min(axis=(1, 3)) if self.value.ndim == 4 else value.min(axis=2)
+        best: F64 = np.where(np.isinf(least), np.nan, least)
+        return best
+
+    @property
+    def best_by_tilt(self) -> F64:
+        """Least value over spins, branches and spare joints, shape (N, M), a column each of ``tilts``; NaN for none."""
+        value = np.where(np.isnan(self.value), np.inf, self.value)
+        least = value.reshape(len(value), -1, len(self.tilts), *value.shape[-2:]).min(axis=(1, 3, 4))
         best: F64 = np.where(np.isinf(least), np.nan, least)
         return best
 
@@ -253,6 +266,8 @@ def redundancy_map(
     spin_range: tuple[float, float] | None = None,
     spare: tuple[int, ...] | None = None,
     n_spare: int | None = None,
+    n_tilts: int = 3,
+    n_headings: int = 12,
     limits: bool = True,
     feasible: Predicate | None = None,
     progress: bool = True,
@@ -267,7 +282,8 @@ def redundancy_map(
         N points.
     task : Task
         Any; axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
-        orientation, axes or rotations.
+        orientation, axes or rotations. ``Task.within`` a volume adds tilts within it: a picture shows for every spin the
+        best of them, `RedundancyMap.best_by_tilt` for every tilt the best spin.
     objective : Objective, optional
         What cells are worth; 0 where feasible if not given.
     n_angles : int
@@ -281,6 +297,9 @@ def redundancy_map(
     n_spare : int, optional
         Values of each spare joint, over its range. If not given, 120 of a single one; 24 beside spins, or of each of
         two; about 1000 combinations of more; fewer where the rest has no closed form.
+    n_tilts, n_headings : int
+        Tilts of a volume beside none: so many rings out to its bound, of so many headings each. A product of rotations
+        has a grid of its own.
     limits : bool
         Whether postures beyond the position limits are out.
     feasible : callable, optional
@@ -318,8 +337,20 @@ def redundancy_map(
     task = Task.axisymmetric() if task is None else task
     frames = core_path(path).frames(task)
     chosen, values, spins = spare_grid(robot, task, spare, n_spare)
-    angles = angle_grid(spins, n_angles, spin_range)
-    lattice = Lattice(robot, frames, task, angles, list(chosen), values, objective, limits)
+    angles = (
+        angle_grid(spins, n_angles, spin_range) if task.volume is None else _angles_of(task.volume, spins, n_angles)
+    )
+    for name, count in (("n_tilts", n_tilts), ("n_headings", n_headings)):
+        if count < 1:
+            raise InvalidValueError(f"{name} is {count}, expected at least 1")
+    if task.volume is not None and (spin_range is not None or not spins):
+        given = (
+            "spin_range beside a volume" if spin_range is not None else f"a volume for {robot.name}, which has no spin"
+        )
+        raise InvalidValueError(f"task is {given}, expected a volume with its own spin, and joints that spin the tool")
+    lattice = Lattice(
+        robot, frames, task, angles, list(chosen), values, objective, limits, rings=n_tilts, headings=n_headings
+    )
     shape = (len(path), *lattice.shape)
     value, cause = np.empty(shape), np.empty(shape, dtype=np.uint8)
     with progress_bar(len(path), "mapping", progress) as advance:
@@ -330,8 +361,18 @@ def redundancy_map(
             cells, causes = lattice.survey(first, count, feasible)
             value[part], cause[part] = cells.reshape(count, *shape[1:]), causes.reshape(count, *shape[1:])
             advance(count)
-    if len(values) == 1:
+    if len(values) * len(lattice.tilts) == 1:
         value, cause = value[:, 0], cause[:, 0]
+    spins = spins and (task.volume is None or task.volume.kind != "product")
+    tilts = lattice.tilts
     return RedundancyMap(
-        robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values, spins
+        robot, path, task, objective, angles, value, cause, lattice.named, tuple(chosen), values, spins, tilts
     )
+
+
+def _angles_of(volume: OrientationVolume, spins: bool, count: int) -> F64:
+    """Return the spins of a volume on a grid; a product has them among its angles."""
+    if volume.kind == "product" or volume.spin is None:
+        return angle_grid(spins and volume.kind != "product", count, None)
+    low, high = volume.spin
+    return angle_grid(spins, count, (low, high)) if low < high else np.array([low])

@@ -77,7 +77,9 @@ def plan(
         N points; with times, joint speed limits hold.
     task : Task
         Any: axisymmetric about z if not given. Its targets are the path's positions and, as far as it looks at the
-        orientation, axes (an axis of the tool) or rotations (more than that).
+        orientation, axes (an axis of the tool) or rotations (more than that). ``Task.within`` a cone, a pyramid, a
+        square or a product of three rotations leaves the tool its tilt as well: the volume is seen in the path's
+        rotations; axes alone are enough for a cone with free spin.
     objective : Objective, optional
         What is minimised. Not needed for the criteria "motion" and "speed".
     criterion : {"minimax", "integral", "motion", "speed"}
@@ -94,15 +96,15 @@ def plan(
         Weights of the joints in that integral, |dq/ds|^2 being the sum of weight times square, wherever motion is
         minimised; not negative, not all 0; 1 each if not given. A joint of weight 0 moves for nothing.
     n_angles : int
-        Spins of the search's grid.
+        Spins of the search's grid; half as many beside the tilts of a volume.
     n_spare : int, optional
         Values of each spare joint. If not given, 120 of a single one; 24 beside spins, or of each of two; about 1000
-        combinations of more; fewer where the rest has no closed form.
+        combinations of more; fewer where the rest has no closed form; half as many beside the tilts of a volume.
     layers : int
         Points of the path at which the first search begins; more are added where the path needs them.
     spin_range : tuple of float, optional
         Least and largest spin [rad], from the path's rotations (or from frames that never turn about the axis); a whole
-        turn if not given.
+        turn if not given. A volume has a spin of its own.
     max_spin_step : float
         Largest change of the spin from one point of the search to the next [rad].
     max_step : float, optional
@@ -278,6 +280,7 @@ def plan_by(
         condition_number = np.where(condition_number > SINGULAR, np.inf, condition_number)
     else:
         condition_number = np.full(len(path), np.nan)
+    tilt, heading, twist = (None,) * 3 if task.volume is None else core_path(path).tilts(robot, task, found.q).T
     return Plan(
         robot=robot,
         path=path,
@@ -302,4 +305,7 @@ def plan_by(
         ways=tuple(Way(*way) for way in found.ways),
         segments=found.segments,
         transfers=[Transfer(robot, way.points, way.q, way.lift, way.allowed) for way in found.transfers],
+        tilt=tilt,
+        heading=heading,
+        twist=twist,
     )

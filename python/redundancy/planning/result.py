@@ -79,6 +79,10 @@ class Plan(Trajectory):
         How the robot gets from one segment to the next; of a closed path that was cut also from the end to the start.
         They take time that the path's own times, if it has any, do not count: each segment keeps to the speed limits,
         and the times of what comes later shift by the transfer's.
+    tilt, heading, twist : ndarray, shape (N,), or None
+        Where the task is a volume of orientations how far the tool's z axis is tilted from that of the volume, towards
+        which heading from its x to its y axis, and the twist about z [rad]; else None. ``axis_error`` is the angle by
+        which the tool is outside the volume, 0 within.
     """
 
     objective: Objective | None = None
@@ -95,6 +99,9 @@ class Plan(Trajectory):
     ways: tuple[Way, ...] = ()
     segments: list[tuple[int, int]] = field(default_factory=list)
     transfers: list[Transfer] = field(default_factory=list)
+    tilt: F64 | None = None
+    heading: F64 | None = None
+    twist: F64 | None = None
 
     def __repr__(self) -> str:
         words = [self.robot.name, f"{len(self)} points", self.criterion]

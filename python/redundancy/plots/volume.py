@@ -30,7 +30,7 @@ def orientation_volumes(*volumes: OrientationVolume, points: int = 3000, seed: i
         which tells the rest with the spin as colour [deg].
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.4, 0.6 + 2.7 * len(volumes)), layout="constrained")
+        figure = Figure(figsize=(8.4, 0.2 + 2.7 * len(volumes)), layout="constrained")
         rows = figure.subplots(len(volumes), 3, subplot_kw={"projection": "3d"}, squeeze=False)
         titles = ("quaternion, vector part", "visualising quaternion, vector part", "tool axis z', spin as colour")
         shown: Any = None
@@ -40,11 +40,11 @@ def orientation_volumes(*volumes: OrientationVolume, points: int = 3000, seed: i
             own = quaternion_product(quaternion_conjugate(volume.reference), members)
             quaternion = own[:, 1:] * np.where(own[:, :1] < 0.0, -1.0, 1.0)
             clouds = (quaternion, volume.visualising(members)[:, 1:], direction)
-            for axes, title, cloud in zip(row, titles, clouds, strict=True):
+            for axes, cloud in zip(row, clouds, strict=True):
                 shown = _cloud(axes, cloud, np.rad2deg(spin))
-                if row is rows[0]:
-                    axes.set_title(title, fontsize=9.0)
             row[0].text2D(-0.02, 0.5, _name(volume), transform=row[0].transAxes, rotation=90, va="center", ha="right")
+        for axes, title in zip(rows[-1], titles, strict=True):
+            axes.text2D(0.5, -0.02, title, transform=axes.transAxes, ha="center")
         bar = figure.colorbar(shown, ax=rows, shrink=0.6, aspect=30, pad=0.02, ticks=np.arange(-180, 181, 90))
         bar.set_label("spin [deg]")
     return figure
@@ -66,8 +66,8 @@ def _cloud(axes: Axes3D, points: F64, spin: F64) -> Any:  # noqa: ANN401
         axes.plot(*np.outer(np.eye(3)[i], [0.0, 1.25]), color=color, linewidth=1.0)
         axes.text(*(1.4 * np.eye(3)[i]), name, color=color, ha="center", va="center")
     axes.set_axis_off()
-    axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.45)
+    axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.3)
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.05), zlim=(-1.05, 1.05))
-    axes.view_init(elev=18.0, azim=35.0)
-    look = {"c": spin, "cmap": "twilight_shifted", "vmin": -180.0, "vmax": 180.0, "s": 2.0, "linewidths": 0.0}
+    axes.view_init(elev=22.0, azim=35.0)
+    look = {"c": spin, "cmap": "twilight", "vmin": -180.0, "vmax": 180.0, "s": 2.0, "linewidths": 0.0}
     return axes.scatter(*points.T, depthshade=False, rasterized=True, **look)

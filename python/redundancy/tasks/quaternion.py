@@ -1,7 +1,8 @@
 """Rotations as unit quaternions [w, x, y, z]: scalar first, Hamilton's product, active.
 
 These are the conventions of From and Gravdahl 2007, eq. 2 to 4. q and -q are the same rotation, and
-``matrix(product(a, b)) == matrix(a) @ matrix(b)``. Arrays have any leading shape; of two arguments either may be single.
+``matrix(product(a, b)) == matrix(a) @ matrix(b)``. Arrays have any leading shape; of two
+arguments either may be a single one.
 
 Examples
 --------

@@ -253,6 +253,11 @@ impl PyTask {
         Ok(&self.task)
     }
 
+    /// The task; where it is a volume, that of the volume's axis.
+    pub fn axial(&self) -> Result<Task> {
+        if self.volume.is_some() { Task::axisymmetric([0.0, 0.0, 1.0]) } else { Ok(self.task) }
+    }
+
     /// Components of the angular velocity that a volume leaves no freedom in.
     fn equalities(&self) -> usize {
         self.volume.as_ref().map_or(0, |volume| 3 - volume.freedoms())

@@ -172,9 +172,9 @@ impl Lattice {
         self.members.angles.len()
     }
 
-    /// Tilts of the grid.
-    pub fn tilts(&self) -> usize {
-        self.members.tilts()
+    /// Tilts of the grid, each with its heading \[rad\].
+    pub fn tilts(&self) -> &[[f64; 2]] {
+        &self.members.directions
     }
 
     /// Values of the spare joints, each with all tilts.

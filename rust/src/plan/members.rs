@@ -13,7 +13,7 @@ const RING: f64 = 0.27;
 const RINGS: usize = 3;
 /// Headings of a ring.
 const HEADINGS: usize = 8;
-/// Angles of the first, the second and the last of the rotations of a product.
+/// Angles of the rotations of a product.
 const FACTORS: (usize, usize, usize) = (4, 4, 12);
 /// Members nearer to each other than this many times the largest distance from one to the next are neighbours.
 const NEAR: f64 = 1.6;
@@ -33,6 +33,8 @@ pub struct Members {
     pub turns: Vec<Frame>,
     /// Of every tilt those that are next to it, with itself.
     pub near: Vec<Vec<usize>>,
+    /// Of every tilt how far it is, and its heading \[rad\]; of a product its first two angles.
+    pub directions: Vec<[f64; 2]>,
     /// The axis of the spin.
     pub axis: Vec3,
 }
@@ -41,7 +43,7 @@ impl Members {
     /// Turns about an axis by some angles.
     pub fn spins(axis: Vec3, angles: &[f64], around: bool) -> Self {
         let turns = angles.iter().map(|angle| Frame::rotation(axis, *angle)).collect();
-        Self { angles: angles.to_vec(), around, turns, near: vec![vec![0]], axis }
+        Self { angles: angles.to_vec(), around, turns, near: vec![vec![0]], directions: vec![[0.0; 2]], axis }
     }
 
     /// On the grid of a plan, `finer` times as many spins as the settings say; `spins` tells whether they are on the grid at all.
@@ -56,21 +58,29 @@ impl Members {
         let range = if volume.spin().is_free() { None } else { Some((volume.spin().low, volume.spin().high)) };
         let product = matches!(volume.shape(), Shape::Product(_));
         let angles = angle_grid(spins && !product, (settings.n_angles * finer).div_ceil(SHARE), range)?;
-        let members = if product {
-            volume.grid(FACTORS.0, FACTORS.1, FACTORS.2)
-        } else {
-            let steepest = volume.grid(1, HEADINGS, 1).iter().fold(0.0f64, |most, member| most.max(member.tilt));
-            volume.grid(((steepest / RING).ceil() as usize).clamp(1, RINGS), HEADINGS, 1)
-        };
+        let steepest = volume.grid(1, HEADINGS, 1).iter().fold(0.0f64, |most, member| most.max(member.tilt));
+        let rings = ((steepest / RING).ceil() as usize).clamp(1, RINGS);
+        Ok(Self::within(volume, &angles, rings, HEADINGS))
+    }
+
+    /// Of a volume, so many rings of tilts, each of some headings, all with some spins; of a product, whose angles hold its spins, as many as there are angles.
+    pub fn within(volume: &OrientationVolume, angles: &[f64], rings: usize, headings: usize) -> Self {
+        let product = matches!(volume.shape(), Shape::Product(_));
+        let members = if product { volume.grid(FACTORS.0, FACTORS.1, FACTORS.2) } else { volume.grid(rings, headings, 1) };
         let turned = |angle: f64, from: f64| Quaternion::about([0.0, 0.0, 1.0], angle - from);
         let frame = |q: Quaternion| Frame { axes: q.axes(), origin: [0.0; 3] };
         let all = members.iter().flat_map(|member| {
-            // A product has its spin among its angles.
             let of = move |angle: &f64| if product { member.orientation } else { member.orientation.product(&turned(*angle, member.spin)) };
             angles.iter().map(of).collect::<Vec<_>>()
         });
-        let near = neighbours(&members.iter().map(|member| member.orientation).collect::<Vec<_>>());
-        Ok(Self { turns: all.map(frame).collect(), angles, around: range.is_none(), near, axis: [0.0, 0.0, 1.0] })
+        Self {
+            turns: all.map(frame).collect(),
+            around: volume.spin().is_free(),
+            near: neighbours(&members.iter().map(|member| member.orientation).collect::<Vec<_>>()),
+            directions: members.iter().map(|member| [member.tilt, member.heading]).collect(),
+            angles: angles.to_vec(),
+            axis: [0.0, 0.0, 1.0],
+        }
     }
 
     /// The number of tilts.

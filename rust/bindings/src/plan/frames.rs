@@ -58,7 +58,7 @@ pub fn spare_grid<'py>(
     n_spare: Option<usize>,
 ) -> PyResult<(Vec<usize>, Bound<'py, PyArray2<f64>>, bool)> {
     let settings = PlanSettings { spare, n_spare, ..PlanSettings::default() };
-    let SpareGrid { joints, values, spins, .. } = SpareGrid::new(&robot.robot, task.plain("a grid of spare joints")?, &settings)?;
+    let SpareGrid { joints, values, spins, .. } = SpareGrid::new(&robot.robot, &task.axial()?, &settings)?;
     let array = PyArray1::from_vec(py, values.concat()).reshape([values.len(), joints.len()])?;
     Ok((joints, array, spins))
 }

@@ -1,8 +1,9 @@
 //! The cells that maps show.
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 
+use super::path::rows_array;
 use super::predicate::{asked, raised};
 use crate::array::{elements, ok, output, read_any, read_list};
 use crate::errors::PyResult;
@@ -58,8 +59,10 @@ impl PyLattice {
     ///     What cells are worth; 0 if not given.
     /// limits : bool
     ///     Whether postures beyond the position limits are out.
+    /// rings, headings : int
+    ///     Where the task is a volume, its tilts: so many rings around the middle, out to the bound, each of so many headings.
     #[new]
-    #[pyo3(signature = (robot, frames, task, angles, spare, values, objective=None, limits=true))]
+    #[pyo3(signature = (robot, frames, task, angles, spare, values, objective=None, limits=true, rings=1, headings=8))]
     fn new(
         py: Python<'_>,
         robot: &PyRobot,
@@ -70,6 +73,8 @@ impl PyLattice {
         values: &Bound<'_, PyAny>,
         objective: Option<Py<PyObjective>>,
         limits: bool,
+        rings: usize,
+        headings: usize,
     ) -> PyResult<Self> {
         let frames = read_frames(frames)?;
         let angles = read_list("angles", angles)?;
@@ -77,11 +82,14 @@ impl PyLattice {
         let (numbers, _) = read_any("values", values)?;
         let rows: Vec<Vec<f64>> =
             if spare.is_empty() { vec![Vec::new()] } else { numbers.chunks(spare.len()).map(<[f64]>::to_vec).collect() };
-        let task = task.plain("redundancy_map")?;
+        let axial = ok(task.axial())?;
         let terms = objective.as_ref().map(|objective| objective.bind(py).get().objective.clone());
-        let members = Members::spins(task.spin_axis().unwrap_or([0.0, 0.0, 1.0]), &angles, true);
-        let spare = ok(SpareGrid::at(&robot.robot, task, &spare, rows))?;
-        let lattice = Lattice::new(robot.robot.clone(), frames.into(), task, members, &spare, terms, limits);
+        let members = match &task.volume {
+            Some(volume) => Members::within(volume, &angles, rings, headings),
+            None => Members::spins(axial.spin_axis().unwrap_or([0.0, 0.0, 1.0]), &angles, true),
+        };
+        let spare = ok(SpareGrid::at(&robot.robot, &axial, &spare, rows))?;
+        let lattice = Lattice::new(robot.robot.clone(), frames.into(), &axial, members, &spare, terms, limits);
         Ok(Self { lattice: ok(lattice)?, objective })
     }
 
@@ -89,6 +97,12 @@ impl PyLattice {
     #[getter]
     fn shape(&self) -> (usize, usize, usize) {
         (self.lattice.slices(), self.lattice.angles(), self.lattice.branches())
+    }
+
+    /// Tilts of the tool, each with its heading [rad], shape (M, 2): beside every value of the spare joints all of them come one after another.
+    #[getter]
+    fn tilts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        rows_array(py, self.lattice.tilts().as_flattened(), 2)
     }
 
     /// Whether branches are the same from cell to cell.

@@ -75,7 +75,7 @@ impl PyPath {
 
     /// The spins of the tool at postures (N, n) against the frames at spin 0 [rad], shape (N,), from -pi to pi.
     fn spins<'py>(&self, py: Python<'py>, robot: &PyRobot, task: &PyTask, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let frames = self.seen_in(task, false)?;
+        let frames = self.measured_from(task)?;
         let axis = task.task.spin_axis().unwrap_or([0.0, 0.0, 1.0]);
         let tools = tools(&robot.robot, &self.postures(robot, q)?);
         let of = |(frame, tool)| if task.volume.is_some() { tilt_heading_twist(frame, tool)[2] } else { spin(frame, tool, axis) };
@@ -86,7 +86,7 @@ impl PyPath {
     /// Tilt of the tool's z axis at postures (N, n), its heading from x to y and its twist about z, in the frames that a task is seen in [rad],
     /// shape (N, 3). Where the tilt is 0 the heading is as rounding leaves it.
     fn tilts<'py>(&self, py: Python<'py>, robot: &PyRobot, task: &PyTask, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let frames = self.seen_in(task, false)?;
+        let frames = self.measured_from(task)?;
         let tools = tools(&robot.robot, &self.postures(robot, q)?);
         let rows: Vec<f64> = frames.iter().zip(&tools).flat_map(|(frame, tool)| tilt_heading_twist(frame, tool)).collect();
         rows_array(py, &rows, 3)
@@ -104,11 +104,18 @@ impl PyPath {
 }
 
 impl PyPath {
-    /// The frames at spin 0; of a volume those that it is seen in, with its reference.
+    /// The frames at spin 0; of a volume those that it is seen in.
     fn seen_in(&self, task: &PyTask, closed: bool) -> PyResult<Vec<Frame>> {
         let Some(volume) = &task.volume else { return Ok(spin_frames(&self.path, &task.task, closed)?) };
+        Ok(volume_frames(&self.path, volume, closed)?)
+    }
+
+    /// The same for tilts and spins: those of a volume are from its reference.
+    fn measured_from(&self, task: &PyTask) -> PyResult<Vec<Frame>> {
+        let frames = self.seen_in(task, false)?;
+        let Some(volume) = &task.volume else { return Ok(frames) };
         let reference = Frame { axes: volume.reference().axes(), origin: [0.0; 3] };
-        Ok(volume_frames(&self.path, volume, closed)?.iter().map(|frame| frame.compose(&reference)).collect())
+        Ok(frames.iter().map(|frame| frame.compose(&reference)).collect())
     }
 
     /// Postures, one a point.

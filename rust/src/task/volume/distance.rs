@@ -147,7 +147,8 @@ impl OrientationVolume {
             },
             Shape::Pyramid([_, y]) if *y > FRAC_PI_2 => return false,
             Shape::Pyramid(_) => {
-                let leaning = [Factor { axis: X, range: Range::FREE }, Factor { axis: Y, range: Range::FREE }];
+                // Beyond a quarter turn about y it is another spin that the orientation has.
+                let leaning = [Factor { axis: X, range: Range::FREE }, Factor { axis: Y, range: Range::within(FRAC_PI_2) }];
                 for end in self.spin.ends() {
                     let spun = Quaternion::about(Z, end);
                     product::offer_times(&leaning, &seen.product(&spun.conjugate()), &spun, best);

@@ -21,6 +21,9 @@ const NEARLY: f64 = 1e-6;
 /// Below this, relative to one, the middle angle does not change how the axes of three factors lie.
 const PARALLEL: f64 = 1e-12;
 
+/// Corrections of an orientation that is nearly met.
+const POLISH: usize = 4;
+
 /// Rounds over four factors and more.
 const ROUNDS: usize = 100;
 
@@ -177,6 +180,22 @@ impl Tried<'_> {
         }
         (self.each)(member);
     }
+
+    /// One step of Newton's method towards the orientation, within the ranges.
+    fn correct(&mut self) {
+        let [a, b, c] = self.factors;
+        let [x, y, z] = self.angles;
+        let (first, second) = (a.turn(x), a.turn(x).product(&b.turn(y)));
+        let axes = [a.axis, first.rotate(b.axis), second.rotate(c.axis)];
+        let error = self.q.product(&second.product(&c.turn(z)).conjugate());
+        // Small, so twice the vector part.
+        let error = scale(2.0f64.copysign(error.0[0]), error.vector());
+        let volume = dot(axes[0], cross(axes[1], axes[2]));
+        if volume.abs() > PARALLEL {
+            let change = |i: usize| dot(error, cross(axes[(i + 1) % 3], axes[(i + 2) % 3])) / volume;
+            self.push(std::array::from_fn(|i| self.factors[i].range.clamp(self.angles[i] + change(i))));
+        }
+    }
 }
 
 /// The angles of three factors that come nearest; every member tried is shown.
@@ -195,11 +214,12 @@ fn triple(factors: [&Factor; 3], q: &Quaternion, each: &mut dyn FnMut(Quaternion
     middle.ends().for_each(|x| with_middle(factors, x, q, &mut |angles| tried.push(angles)));
     factors[0].range.ends().for_each(|x| with_first(factors, x, q, &mut |angles| tried.push(angles)));
     factors[2].range.ends().for_each(|x| with_last(factors, x, q, &mut |angles| tried.push(angles)));
-    // Near a singular middle angle the roots have half of the digits: the other two ways of pairing find the rest.
-    for _ in 0..4 {
+    // Near a singular middle angle roots and pairs have half of the digits: the error itself, or at it the other two ways of pairing, tell the rest.
+    for _ in 0..POLISH {
         if !(EXACT..NEARLY).contains(&tried.distance) {
             break;
         }
+        tried.correct();
         let angles = tried.angles;
         with_first(factors, angles[0], q, &mut |angles| tried.push(angles));
         with_last(factors, angles[2], q, &mut |angles| tried.push(angles));

@@ -69,6 +69,15 @@ impl Range {
         self.is_free() || self.offset(angle).abs() <= self.half()
     }
 
+    /// The angle of the range that is nearest on the circle.
+    pub(super) fn clamp(&self, angle: f64) -> f64 {
+        match self.contains(angle) {
+            true => angle,
+            false if self.offset(angle) > 0.0 => self.high,
+            false => self.low,
+        }
+    }
+
     /// Its ends, if it has any.
     pub(super) fn ends(&self) -> impl Iterator<Item = f64> + use<> {
         let count = if self.is_free() { 0 } else { 2 };

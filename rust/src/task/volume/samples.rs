@@ -30,9 +30,8 @@ impl OrientationVolume {
         let direction = match &self.shape {
             Shape::Cone(tilt) => cone(*tilt, stream),
             // A line: even in its angle.
-            Shape::Pyramid([x, y]) | Shape::Square([x, y]) if *x == 0.0 || *y == 0.0 => {
-                rectangle(Range::within(*x).draw(stream), Range::within(*y).draw(stream))
-            }
+            Shape::Pyramid(tilts) if tilts.contains(&0.0) => return angles(&self.rotations(tilts), stream),
+            Shape::Square([x, y]) if *x == 0.0 || *y == 0.0 => rectangle(Range::within(*x).draw(stream), Range::within(*y).draw(stream)),
             Shape::Pyramid([x, y]) if *y <= FRAC_PI_2 => {
                 // Even in the height along x, by which areas on the sphere go.
                 let b = (y.sin() * (2.0 * stream.draw() - 1.0)).asin();
