@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import redundancy as rd
+from redundancy.planning import tilt_and_spin, tilted
 
 from evidence.from_gravdahl.cases import F64, TILT, Cone, Scenario, along, dynamics, recorded, scenarios, speeds
 
@@ -50,15 +51,16 @@ def within_cone(scenario: Scenario) -> list[str]:
 
 @cache
 def finer(name: str, criterion: str, spacing: float = 1.25e-4) -> dict[str, float]:
-    """Return the speeds of a plan at points that are closer, its orientations joined by a spline of rotations."""
-    from scipy.spatial.transform import Rotation, RotationSpline
+    """Return the speeds of a plan at points that are closer, its tilt and spin joined by cubic splines."""
+    from scipy.interpolate import CubicSpline
 
     scenario, motion = scenarios()[name], planned(name, criterion).trajectory
     assert motion.path.rotation is not None
-    path = scenario.path(spacing)
+    path, frame = scenario.path(spacing), frames_of(name)[0]
     share, fine = np.linspace(0.0, 1.0, len(motion)), np.linspace(0.0, 1.0, len(path))
-    rotation = RotationSpline(share, Rotation.from_matrix(motion.path.rotation))(fine).as_matrix()
-    return speeds(scenario.robot, along(scenario.robot, path.oriented(rotation), motion.q[0]))
+    # Splines without knots next to the ends: natural ones would have no acceleration there.
+    angles = CubicSpline(share, tilt_and_spin(frame.T @ motion.path.rotation))(fine)
+    return speeds(scenario.robot, along(scenario.robot, path.oriented(frame @ tilted(angles)), motion.q[0]))
 
 
 def frames_of(name: str) -> F64:

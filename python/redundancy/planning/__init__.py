@@ -6,7 +6,7 @@ from .numbers import core_path
 from .plan import plan, plan_by
 from .result import Plan, Way
 from .speed import Fastest, fastest
-from .tolerance import tilt_and_spin
+from .tolerance import tilt_and_spin, tilted
 from .transfer import Transfer
 
 __all__ = [
@@ -24,4 +24,5 @@ __all__ = [
     "plan_by",
     "redundancy_map",
     "tilt_and_spin",
+    "tilted",
 ]

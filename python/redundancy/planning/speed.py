@@ -111,7 +111,8 @@ def fastest(
         volumes of free spin alone.
     volume : OrientationVolume
         Allowed orientations of the tool relative to the path's frame: those that stay members on the way to no tilt (or
-        to no tilt and no spin), as cones, pyramids and squares do.
+        to no tilt and no spin), as cones, pyramids and squares do. Nothing is gained in one without an interior, such
+        as a line.
     start : Trajectory or sequence of Trajectory
         Where to start, such as plans and motions by rules: postures along the same points. The best result is kept.
     torque, torque_limit, rate, acceleration
