@@ -69,6 +69,13 @@ def postures(folder: Path) -> None:
     plots.save(figure, folder / "planar_tetrahedron.png")
 
 
+def volumes(folder: Path) -> None:
+    """Draw Fig. 1 of From and Gravdahl (2007): a free spin about z, and a cone with the spins about its directions."""
+    spin = rd.OrientationVolume.product([((0.0, 0.0, 1.0), -np.pi, np.pi)])
+    cone = rd.OrientationVolume.cone(np.deg2rad(30.0), spin=np.deg2rad(90.0))
+    plots.save(plots.orientation_volumes(spin, cone), folder / "orientation_volumes.png")
+
+
 def main(arguments: list[str]) -> int:
     """Draw every picture."""
     folder = pages.folder_of(arguments)
@@ -76,6 +83,7 @@ def main(arguments: list[str]) -> int:
     small_helix(folder)
     postures(folder)
     convergence(folder)
+    volumes(folder)
     return 0
 
 

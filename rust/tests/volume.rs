@@ -87,9 +87,9 @@ fn all_slacks_are_positive_inside_alone() {
         volume.check_as_task().unwrap();
         assert_eq!(volume.freedoms(), 3);
         let (mut inside, mut outside) = (0, 0);
-        let members = volume.samples(500, 3);
-        for i in 0..1500 {
-            let relative = if i < 500 { members[i] } else { numbers.turn() };
+        let mut asked = volume.samples(500, 3);
+        asked.extend([(); 1000].map(|()| numbers.turn()));
+        for relative in asked {
             let (volume, frame, tool, seen) = placed(&volume, &relative, &mut numbers);
             let sides = volume.sides(&frame, &tool.axes());
             assert!(sides.as_slice().iter().all(|side| !side.equality));

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import descent, frames, inverse, one_joint, plans, projectors, qp, rest, urdf
+from tests.soak import descent, frames, inverse, one_joint, plans, projectors, qp, rest, urdf, volumes
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
@@ -16,6 +16,7 @@ SOAKS: dict[str, Callable[[list[str]], int]] = {
     "qp": qp.main,
     "rest": rest.main,
     "urdf": urdf.main,
+    "volumes": volumes.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 

@@ -13,6 +13,17 @@ use redundancy::linalg::quaternion::Quaternion;
 use redundancy::task::OrientationVolume;
 use redundancy::task::volume::Shape;
 
+/// Most members that are made at a time, 320 MB of numbers.
+const MOST: usize = 10_000_000;
+
+/// Refuses more members than fit in memory.
+fn check_count(name: &str, count: Option<usize>) -> PyResult<()> {
+    match count {
+        Some(count) if count <= MOST => Ok(()),
+        _ => Err(Error::value(name, count.map_or("more than 2^64".into(), |n| n.to_string()), "at most 10000000").into()),
+    }
+}
+
 /// A range of spins: a pair, or one number for plus and minus that.
 fn read_spin(spin: Option<&Bound<'_, PyAny>>) -> PyResult<Option<(f64, f64)>> {
     let Some(spin) = spin else { return Ok(None) };
@@ -340,7 +351,7 @@ impl PyVolume {
     /// Parameters
     /// ----------
     /// n : int
-    ///     How many.
+    ///     How many, 10 million at most.
     /// seed : int, optional
     ///     Of the random numbers.
     ///
@@ -351,6 +362,7 @@ impl PyVolume {
     ///     area; of products of four rotations and more uniform in the angles alone.
     #[pyo3(signature = (n, seed=0))]
     fn sample<'py>(&self, py: Python<'py>, n: usize, seed: u64) -> PyResult<Bound<'py, PyAny>> {
+        check_count("n", Some(n))?;
         let numbers: Vec<f64> = py.detach(|| self.volume.samples(n, seed)).iter().flat_map(|q| q.0).collect();
         Ok(PyArray1::from_vec(py, numbers).reshape([n, 4])?.into_any())
     }
@@ -368,6 +380,7 @@ impl PyVolume {
     /// ndarray, shape (N, 4)
     ///     Quaternions.
     fn grid<'py>(&self, py: Python<'py>, tilts: usize, headings: usize, spins: usize) -> PyResult<Bound<'py, PyAny>> {
+        check_count("tilts * headings * spins", tilts.max(1).checked_mul(headings.max(1)).and_then(|n| n.checked_mul(spins.max(1))))?;
         let numbers: Vec<f64> = self.volume.grid(tilts, headings, spins).iter().flat_map(|member| member.orientation.0).collect();
         let count = numbers.len() / 4;
         Ok(PyArray1::from_vec(py, numbers).reshape([count, 4])?.into_any())

@@ -11,6 +11,7 @@ impl Quaternion {
     pub const IDENTITY: Self = Self([1.0, 0.0, 0.0, 0.0]);
 
     /// Rotation about the unit vector `axis` by `angle` \[rad\] (From and Gravdahl 2007, eq. 2).
+    #[inline(never)]
     pub fn about(axis: Vec3, angle: f64) -> Self {
         let (s, c) = (0.5 * angle).sin_cos();
         Self::of(c, scale(s, axis))
@@ -27,6 +28,7 @@ impl Quaternion {
     }
 
     /// self * other (eq. 3): the rotation `other` about the axes that `self` has turned, or first `other`, then `self` about fixed axes.
+    #[inline(never)] // one copy: it is everywhere
     pub fn product(&self, other: &Self) -> Self {
         let (a, b) = (self.vector(), other.vector());
         let v = add(add(scale(self.0[0], b), scale(other.0[0], a)), cross(a, b));

@@ -54,6 +54,8 @@ impl OrientationVolume {
         let band = |tilt: f64, along: f64| if tilt.sin() < along { (tilt.sin() / along).asin() } else { FRAC_PI_2 };
         match &self.shape {
             Shape::Cone(tilt) => *tilt,
+            // Lines, along themselves.
+            Shape::Pyramid([x, y]) | Shape::Square([x, y]) if *x == 0.0 || *y == 0.0 => x.max(*y).min(FRAC_PI_2),
             Shape::Pyramid([x, y]) => (x.min(FRAC_PI_2).tan()).atan2(along_y).min(band(y.min(FRAC_PI_2), along_x)),
             Shape::Square([x, y]) => band(*y, along_x).min(band(*x, along_y)),
             Shape::Product(_) => 0.0,
@@ -87,9 +89,9 @@ impl OrientationVolume {
             all.into_iter().for_each(|(q, [a, b, c])| push(q, a, b, c));
             return out;
         }
-        let around: Vec<f64> = match self.kind() {
-            "line_x" => vec![FRAC_PI_2, -FRAC_PI_2],
-            "line_y" => vec![0.0, PI],
+        let around: Vec<f64> = match &self.shape {
+            Shape::Pyramid([_, y]) | Shape::Square([_, y]) if *y == 0.0 => vec![FRAC_PI_2, -FRAC_PI_2],
+            Shape::Pyramid([x, _]) | Shape::Square([x, _]) if *x == 0.0 => vec![0.0, PI],
             _ => (0..headings.max(1)).map(|i| TAU * i as f64 / headings.max(1) as f64).collect(),
         };
         let spins = self.spin.spaced(spins);

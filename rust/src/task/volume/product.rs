@@ -10,7 +10,7 @@ use super::Factor;
 use super::best::Best;
 use super::range::{Range, wrap};
 use crate::linalg::quaternion::Quaternion;
-use crate::linalg::vector::{cross, dot, scale, sub};
+use crate::linalg::vector::{Vec3, add, cross, dot, scale, sub};
 
 /// A distance \[rad\] that is rounding.
 pub(super) const EXACT: f64 = 1e-14;
@@ -21,14 +21,17 @@ const NEARLY: f64 = 1e-6;
 /// Below this, relative to one, the middle angle does not change how the axes of three factors lie.
 const PARALLEL: f64 = 1e-12;
 
+/// A distance \[rad\] from which an orientation may be met by four rotations and more.
+const NEARBY: f64 = 0.05;
+
 /// Corrections of an orientation that is nearly met.
 const POLISH: usize = 4;
 
 /// Rounds over four factors and more.
 const ROUNDS: usize = 100;
 
-/// Starts in corners of the ranges of four factors and more.
-const CORNERS: usize = 64;
+/// More factors than these are not started in every corner of their ranges.
+const FEW: usize = 5;
 
 /// What a round over four factors and more has to gain \[rad\].
 const GAIN: f64 = 1e-14;
@@ -119,16 +122,19 @@ impl Lie {
 }
 
 /// Every triple of angles with the given middle one that may be the nearest.
+#[inline(never)]
 fn with_middle(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     let back = factors[1].turn(-x);
     let turned = Factor { axis: back.rotate(factors[0].axis), range: factors[0].range };
     pair(&turned, factors[2], &back.product(q), &mut |a, b| push([a, x, b]));
 }
 
+#[inline(never)]
 fn with_first(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     pair(factors[1], factors[2], &factors[0].turn(-x).product(q), &mut |a, b| push([x, a, b]));
 }
 
+#[inline(never)]
 fn with_last(factors: [&Factor; 3], x: f64, q: &Quaternion, push: &mut dyn FnMut([f64; 3])) {
     pair(factors[0], factors[1], &q.product(&factors[2].turn(-x)), &mut |a, b| push([a, b, x]));
 }
@@ -258,11 +264,89 @@ pub(super) fn offer_bounds(factors: [&Factor; 3], q: &Quaternion, best: &mut Bes
     factors[2].range.ends().for_each(|x| with_last(factors, x, q, &mut push));
 }
 
-/// Three neighbours at a time, each time the best of them, from the middle and from corners of the ranges: every step comes nearer.
+/// Steps of Newton's method towards an orientation that is nearly met, the shortest ones, each within the ranges: three at a time slow down there.
+fn approach(factors: &[Factor], q: &Quaternion, angles: &mut [f64]) {
+    let mut distance = made(factors, angles).angle_to(q);
+    for _ in 0..ROUNDS {
+        if !(EXACT..NEARBY).contains(&distance) {
+            return;
+        }
+        let mut next = angles.to_vec();
+        let mut held = vec![false; angles.len()];
+        // What an angle at its end cannot do is left to the others.
+        for _ in 0..angles.len() {
+            let (axes, reached) = axes_and_end(factors, &next);
+            let error = q.product(&reached.conjugate());
+            let error = scale(2.0f64.copysign(error.0[0]), error.vector());
+            let free = || axes.iter().zip(&held).filter(|(_, held)| !**held).map(|(axis, _)| *axis);
+            let Some(force) = solve_symmetric(free(), error) else { break };
+            let mut clamped = false;
+            for i in 0..next.len() {
+                if !held[i] {
+                    let wanted = next[i] + dot(axes[i], force);
+                    next[i] = factors[i].range.clamp(wanted);
+                    held[i] = next[i] != wanted;
+                    clamped |= held[i];
+                }
+            }
+            if !clamped {
+                break;
+            }
+        }
+        let now = made(factors, &next).angle_to(q);
+        if now >= distance {
+            return;
+        }
+        angles.copy_from_slice(&next);
+        distance = now;
+    }
+}
+
+/// The axes of the rotations as those before them turn them, and the orientation that all make.
+fn axes_and_end(factors: &[Factor], angles: &[f64]) -> (Vec<Vec3>, Quaternion) {
+    let mut reached = Quaternion::IDENTITY;
+    let turn = |(factor, x): (&Factor, &f64)| {
+        let axis = reached.rotate(factor.axis);
+        reached = reached.product(&factor.turn(*x));
+        axis
+    };
+    (factors.iter().zip(angles).map(turn).collect(), reached)
+}
+
+/// The f with sum a (a . f) = error over the axes a; `None` if they lie in a plane.
+fn solve_symmetric(axes: impl Iterator<Item = Vec3>, error: Vec3) -> Option<Vec3> {
+    let mut columns = [[0.0; 3]; 3];
+    for a in axes {
+        for (column, x) in columns.iter_mut().zip(a) {
+            *column = add(*column, scale(x, a));
+        }
+    }
+    let [x, y, z] = columns;
+    let volume = dot(x, cross(y, z));
+    (volume.abs() > PARALLEL).then(|| [cross(y, z), cross(z, x), cross(x, y)].map(|normal| dot(error, normal) / volume))
+}
+
+/// Sets three angles to the best of them with the others as they are; the distance then.
+fn best_three(factors: &[Factor], [i, j, l]: [usize; 3], q: &Quaternion, angles: &mut [f64]) -> f64 {
+    let part = |from: usize, to: usize| made(&factors[from..to], &angles[from..to]);
+    // What is fixed between them goes to the front, and turns the axes that it passes.
+    let (second, first) = (part(j + 1, l), part(i + 1, j));
+    let between = first.product(&second);
+    let a = Factor { axis: between.conjugate().rotate(factors[i].axis), ..factors[i] };
+    let b = Factor { axis: second.conjugate().rotate(factors[j].axis), ..factors[j] };
+    let front = part(0, i).product(&between);
+    let inner = front.conjugate().product(q).product(&part(l + 1, factors.len()).conjugate());
+    let (found, distance) = triple([&a, &b, &factors[l]], &inner, &mut |_| {});
+    [angles[i], angles[j], angles[l]] = found;
+    distance
+}
+
+/// Three at a time, each time the best of them, from the middle and from corners of the ranges: every step comes nearer.
 fn many(factors: &[Factor], q: &Quaternion, best: &mut Best) {
     let k = factors.len();
+    let corners = if k > FEW { 1 } else { 1 << k };
     let mut angles: Vec<f64> = factors.iter().map(|factor| factor.range.middle()).collect();
-    for start in 0..=CORNERS.min(1 << k) {
+    for start in 0..=corners {
         if start > 0 {
             let end = |(i, factor): (usize, &Factor)| if (start - 1) >> i & 1 == 1 { factor.range.high } else { factor.range.low };
             angles.iter_mut().zip(factors.iter().enumerate().map(end)).for_each(|(x, end)| *x = end);
@@ -271,20 +355,20 @@ fn many(factors: &[Factor], q: &Quaternion, best: &mut Best) {
         for _ in 0..ROUNDS {
             let mut now = last;
             for i in 0..k - 2 {
-                let (before, after) = (made(&factors[..i], &angles), made(&factors[i + 3..], &angles[i + 3..]));
-                let inner = before.conjugate().product(q).product(&after.conjugate());
-                let window = [&factors[i], &factors[i + 1], &factors[i + 2]];
-                let (found, distance) = triple(window, &inner, &mut |_| {});
-                angles[i..i + 3].copy_from_slice(&found);
-                now = distance;
+                for j in i + 1..k - 1 {
+                    for l in j + 1..k {
+                        now = best_three(factors, [i, j, l], q, &mut angles);
+                    }
+                }
             }
             if now <= EXACT || last - now < GAIN {
                 break;
             }
             last = now;
         }
+        approach(factors, q, &mut angles);
         best.offer(made(factors, &angles));
-        if best.distance() <= GAIN {
+        if best.distance() <= EXACT {
             return;
         }
     }

@@ -89,8 +89,8 @@ impl Range {
         let (low, width, free) = (self.low, self.high - self.low, self.is_free());
         let count = if self.is_fixed() { 1 } else { count.max(1) };
         (0..count).map(move |i| match (free, count) {
+            (_, 1) => low + 0.5 * width,
             (true, _) => low + TAU * i as f64 / count as f64,
-            (false, 1) => low + 0.5 * width,
             (false, _) => low + width * i as f64 / (count - 1) as f64,
         })
     }

@@ -64,11 +64,13 @@ impl Sides {
     }
 
     /// normal . z + constant, of the tool's axis.
+    #[inline(never)]
     fn tilt(&mut self, normal: Vec3, constant: f64, z: Vec3, equality: bool) {
         self.push(Side { slack: dot(normal, z) + constant, rate: cross(z, normal), normal: Some(normal), equality });
     }
 
     /// An angle within a range, and the angular velocity's part in its rate.
+    #[inline(never)]
     fn angle(&mut self, range: &Range, angle: f64, rate: Vec3) {
         let (offset, half) = (range.offset(angle), range.half());
         let side = |sign: f64| Side { slack: half + sign * offset, rate: scale(sign, rate), normal: None, equality: false };
@@ -256,6 +258,7 @@ fn check_product(factors: &[Factor]) -> Result<()> {
     }
 }
 
+#[inline(never)]
 fn product_sides(factors: &[Factor], volume: &[Vec3; 3], tool: &[Vec3; 3], out: &mut Sides) {
     let seen = tool.map(|axis| volume.map(|v| dot(v, axis)));
     let q = Quaternion::from_axes(&seen);
