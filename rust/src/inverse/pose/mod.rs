@@ -19,9 +19,9 @@ use super::descent::{Cost, Order, descend, suggested_weights};
 use super::{Request, Structure, Wanted};
 use crate::error::{Result, check_vector};
 use crate::kinematics::jacobian_at;
+use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{norm, sub};
-use crate::linalg::{MAX_JOINTS, with_capacity};
 use crate::robot::{AT_LIMIT, RandomPostures, Robot, nearest_turn};
 use crate::task::{Target, Task};
 pub use answer::{Method, Outcome, Pose, Settings};
@@ -294,7 +294,11 @@ impl Search<'_> {
     fn attempt(&mut self, start: &[f64]) -> Option<Pose> {
         let robot = &*self.solver.robot;
         let n = robot.n();
-        let end = with_capacity!(n, widened(&self.problem, start, &mut self.seen));
+        // Six joints gain nothing from a copy of their own.
+        let end = match n {
+            0..=8 => widened::<8>(&self.problem, start, &mut self.seen),
+            _ => widened::<MAX_JOINTS>(&self.problem, start, &mut self.seen),
+        };
         self.iterations += end.steps;
         if self.problem.bounds.hold(&end.left) {
             let mut q = end.q;

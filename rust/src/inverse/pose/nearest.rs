@@ -2,7 +2,8 @@
 
 use super::attempt::{Problem as Search, combinations, unit_of};
 use super::goal::{Goal, Left};
-use crate::kinematics::{first_derivative, jacobian_at};
+use crate::kinematics::jacobian_at;
+use crate::kinematics::sized::first_derivative;
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::cholesky::Cholesky;
 use crate::linalg::vector::{Vec3, dot};
@@ -130,8 +131,7 @@ fn model(robot: &Robot, goal: &Goal, q: &[f64]) -> Model {
         return Model { cost: b.iter().map(|x| x * x).sum(), left, g, h };
     };
     let mut bending = [0.0; 6 * MAX_JOINTS * MAX_JOINTS];
-    // The sizes are right: there is no error to hand on.
-    let _ = first_derivative(robot, q, &mut bending[..6 * n * n]);
+    first_derivative(&columns, &mut bending);
     let rate = |first: usize, i: usize, k: usize| -> Vec3 { std::array::from_fn(|r| bending[((first + r) * n + i) * n + k]) };
     let (square, torque, turned) = (goal.length.powi(2), pairs.torque(), goal.torque_rates(&tool, &pairs));
     for i in 0..n {
