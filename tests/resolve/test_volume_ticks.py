@@ -121,7 +121,8 @@ def test_the_objective_tilts_the_tool_up_to_the_bound_and_no_farther(solver: str
     gradient = index.evaluate(robot, inside, 1)[1]
     force = np.linalg.lstsq(held.T, gradient, rcond=None)[0]
     slack = np.linalg.norm(gradient - held.T @ force) / np.linalg.norm(gradient)
-    assert slack < 2e-3 and force[3] > 0.0, "the bound pushes inwards"
+    assert slack < 2e-3
+    assert force[3] > 0.0, "the bound pushes inwards"
 
 
 @pytest.mark.parametrize("kind", WIDE)
@@ -201,7 +202,7 @@ def test_what_excludes_a_volume_is_told() -> None:
     frame = robot.fk(q)[:3, :3]
     one = rd.QuadraticProgram(robot, rd.Task.within(rd.OrientationVolume.cone(0.01)))
     # All joints have to stand, and the frame turns away.
-    stands = {"rows": np.eye(6), "lower": np.zeros(6), "upper": np.zeros(6)}
+    stands: dict[str, Any] = {"rows": np.eye(6), "lower": np.zeros(6), "upper": np.zeros(6)}
     one.step(q, np.zeros(6), frame=frame, **stands)
     assert one.status == "solved"
     assert one.failed == []
