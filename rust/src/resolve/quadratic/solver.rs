@@ -346,7 +346,10 @@ impl QuadraticSolver {
             (true, _) => Step::after_excluding(round)?,
         };
         if !Step::exists(next) {
-            inside.shorten(robot, q, dt, rates);
+            // Bounds of rates that leave out standing still leave out what is shorter.
+            if !programme.bounds.brakes && !programme.bounds.returning {
+                inside.shorten(robot, q, dt, rates);
+            }
             return None;
         }
         let anew = answer.infeasible || Step::of(next) == Step::Rest;
