@@ -1,4 +1,6 @@
-"""A tick within a cone over the same tick without: `python -m benches.python.volume_ticks` prints the table of docs/control.md.
+"""A tick within a cone over the same tick without.
+
+`python -m benches.python.volume_ticks` prints the table of docs/control.md.
 
 Ticks of a loop within the cone are recorded; each tick of a round is then answered by three solvers that differ in the
 task alone, in turn, so that what else the machine does meets all of them.
@@ -6,12 +8,13 @@ task alone, in turn, so that what else the machine does meets all of them.
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import redundancy as rd
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]
+Solver: TypeAlias = rd.QuadraticProgram | rd.OrthogonalSQP | rd.RateSolver
 TICKS, ROUNDS, DT, TILT = 2000, 9, 1e-3, np.deg2rad(5.0)
 ARMS = {
     "ur5e": [0.3, -1.2, 1.4, 0.2, 1.1, 0.3],
@@ -19,7 +22,7 @@ ARMS = {
     "fanuc_m710ic50_milling": [0.2, 0.4, -0.3, 0.5, -0.9, 0.4],
 }
 INDEX = rd.ConditionNumber(0.4, squared=True)
-METHODS: dict[str, Callable[[rd.Robot, rd.Task], Any]] = {
+METHODS: dict[str, Callable[[rd.Robot, rd.Task], Solver]] = {
     "`QuadraticProgram`, no objective": lambda robot, task: rd.QuadraticProgram(robot, task, dt=DT),
     "`QuadraticProgram`": lambda robot, task: rd.QuadraticProgram(robot, task, INDEX, weight=300.0, dt=DT),
     "`OrthogonalSQP`": lambda robot, task: rd.OrthogonalSQP(robot, task, INDEX, dt=DT),
@@ -27,7 +30,7 @@ METHODS: dict[str, Callable[[rd.Robot, rd.Task], Any]] = {
 }
 
 
-def recorded(solver: Any, robot: rd.Robot, q: F64) -> tuple[list[F64], list[F64], list[F64], float]:
+def recorded(solver: Solver, robot: rd.Robot, q: F64) -> tuple[list[F64], list[F64], list[F64], float]:
     """Postures, twists and frames of a loop, and the share of its ticks at the bound."""
     target, volume = robot.fk(q), rd.OrientationVolume.cone(TILT)
     postures, twists, frames, bound = [], [], [], 0
@@ -42,7 +45,7 @@ def recorded(solver: Any, robot: rd.Robot, q: F64) -> tuple[list[F64], list[F64]
     return postures, twists, frames, bound / TICKS
 
 
-def seconds(solver: Any, postures: list[F64], twists: list[F64], frames: list[F64] | None) -> float:
+def seconds(solver: Solver, postures: list[F64], twists: list[F64], frames: list[F64] | None) -> float:
     """CPU seconds of a tick."""
     rates = np.empty(len(postures[0]))
     start = time.process_time()

@@ -60,7 +60,7 @@ def drawn(kind: str, rng: np.random.Generator) -> tuple[rd.OrientationVolume, Me
 
     def measure(r: F64) -> float:
         a, b, c = _angles(r)
-        return max(abs(a) - x, abs(b) - y, _spin(c, spin))
+        return float(max(abs(a) - x, abs(b) - y, _spin(c, spin)))
 
     return volume, measure
 

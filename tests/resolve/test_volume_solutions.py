@@ -147,7 +147,8 @@ def test_inverse_kinematics_of_a_grid_of_members() -> None:
         robot.inverse(target, samples=(2, 6, 3))
     with pytest.raises(InvalidValueError, match="beside many poses"):
         robot.inverse(target[None], task=task, samples=(2, 6, 3))
-    for wrong in ("x", (1, 2), -1, 2.5, (1, 2, -3)):
+    wrongs: list[Any] = ["x", (1, 2), -1, 2.5, (1, 2, -3)]
+    for wrong in wrongs:
         with pytest.raises(InvalidValueError, match="samples"):
             robot.inverse(target, task=task, samples=wrong)
 

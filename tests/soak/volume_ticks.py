@@ -2,11 +2,15 @@
 
 import argparse
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import redundancy as rd
 
 from tests.reference.arms import random_arm
+from tests.reference.chain import F64
 from tests.reference.volumes import KINDS, drawn, frame_about, loop
 
 BAR = 1e-9
@@ -14,19 +18,19 @@ BAR = 1e-9
 TICKS = 100
 """Ticks of one way."""
 CONDITION = rd.ConditionNumber(0.4, squared=True)
-METHODS = {
-    "QuadraticProgram": lambda robot, task, dt, limits: rd.QuadraticProgram(
-        robot, task, CONDITION, weight=30.0, dt=dt, limits=limits
-    ),
-    "OrthogonalSQP": lambda robot, task, dt, limits: rd.OrthogonalSQP(robot, task, CONDITION, dt=dt, limits=limits),
-    "TwistDecomposition": lambda robot, task, dt, limits: rd.TwistDecomposition(
-        robot, task, CONDITION, dt=dt, limits=limits
-    ),
-    "GradientProjection": lambda robot, task, dt, limits: rd.GradientProjection(
-        robot, task, CONDITION, dt=dt, limits=limits
-    ),
+METHODS: dict[str, Callable[..., Any]] = {
+    "QuadraticProgram": partial(rd.QuadraticProgram, weight=30.0),
+    "OrthogonalSQP": rd.OrthogonalSQP,
+    "TwistDecomposition": rd.TwistDecomposition,
+    "GradientProjection": rd.GradientProjection,
 }
 ARMS = ("ur5e", "kuka_iiwa14", "fanuc_m710ic50_milling", "puma500", "random")
+
+
+def _swing(amplitude: F64, phase: float, start: float, tick: int) -> F64:
+    """Return a velocity to and fro."""
+    out: F64 = amplitude * np.cos(phase * tick - start)
+    return out
 
 
 def main(arguments: list[str]) -> int:
@@ -50,12 +54,12 @@ def main(arguments: list[str]) -> int:
         omega = rng.normal(size=3) * (0.0 if limits else rng.choice([0.0, 0.3, 2.0]))
         for method, make in METHODS.items():
             out = loop(
-                make(robot, rd.Task.within(volume), dt, limits),
+                make(robot, rd.Task.within(volume), CONDITION, dt=dt, limits=limits),
                 q,
                 frame_about(robot, q, volume, k),
                 measure,
-                lambda i, v=velocity, h=dt: v * np.cos(20.0 * i * h),
-                lambda i, w=omega, h=dt: w * np.sin(10.0 * i * h),
+                partial(_swing, velocity, 20.0 * dt, 0.0),
+                partial(_swing, omega, 10.0 * dt, 0.5 * np.pi),
                 TICKS,
             )
             ended.update(out.status)

@@ -119,7 +119,8 @@ impl<'a> Inside<'a> {
         for (i, side) in before.as_slice().iter().enumerate().take(self.count) {
             let (now, was) = (self.beyond(i, self.start[i]), self.beyond(i, side.slack));
             self.outside |= was > OUTSIDE;
-            let way = RETURN_SPEED * dt + (now - was.max(0.0)).max(0.0);
+            // Far outside a slack is no angle: its rate tells what a turn makes of it.
+            let way = RETURN_SPEED * dt * self.slope[i] / CURVED + (now - was.max(0.0)).max(0.0);
             self.end[i] = (now - way).max(0.0).copysign(self.start[i]);
         }
     }

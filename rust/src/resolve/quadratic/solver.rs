@@ -346,7 +346,10 @@ impl QuadraticSolver {
             (true, _) => Step::after_excluding(round)?,
         };
         if !Step::exists(next) {
-            inside.shorten(robot, q, dt, rates);
+            // Bounds of rates that leave out standing still leave out what is shorter.
+            if !programme.bounds.brakes && !programme.bounds.returning {
+                inside.shorten(robot, q, dt, rates);
+            }
             return None;
         }
         let anew = answer.infeasible || Step::of(next) == Step::Rest;
@@ -493,23 +496,21 @@ fn step<const C: usize>(solver: &QuadraticSolver, tick: &Tick<'_>, memory: &mut 
 fn settle<const C: usize>(
     programme: &Programme<'_, C>,
     at: &Constraints<'_, C>,
-    mut before: Answer<C>,
+    before: Answer<C>,
     round: usize,
     memory: &QuadraticMemory,
 ) -> Answer<C> {
     let (n, m) = (programme.n, programme.directions.dimension());
-    if Step::of(round) == Step::Rest {
-        before.x = [0.0; C];
-    }
+    let from = if Step::of(round) == Step::Rest { [0.0; C] } else { before.x };
     let mut made = [0.0; 6];
     let mut size = f64::MIN_POSITIVE;
     for (made, row) in made.iter_mut().zip(&programme.rows).take(m) {
-        *made = row.iter().zip(&before.x).map(|(a, x)| a * x).sum();
+        *made = row.iter().zip(&from).map(|(a, x)| a * x).sum();
         size += row.iter().map(|a| a * a).sum::<f64>();
     }
     let mut cost = Cost::<C>::of_rates(&[1.0; MAX_JOINTS][..n]);
     for i in 0..n {
-        cost.g[i] = -before.x[i];
+        cost.g[i] = -from[i];
     }
     if Step::of(round) == Step::Task {
         cost.add_deviation(STIFFEST / size, &programme.rows, &made, m);
