@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable
 
 from tests.reference.condition import __main__ as condition
-from tests.soak import frames, inverse, plans, projectors, qp, rest, urdf
+from tests.soak import frames, inverse, plans, projectors, qp, rest, urdf, volume_plans
 
 SOAKS: dict[str, Callable[[list[str]], int]] = {
     "inverse": inverse.main,
@@ -14,6 +14,7 @@ SOAKS: dict[str, Callable[[list[str]], int]] = {
     "qp": qp.main,
     "rest": rest.main,
     "urdf": urdf.main,
+    "volume_plans": volume_plans.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }
 
