@@ -54,6 +54,7 @@ fn drawn(rng: &mut Rng, layers: usize, angles: usize, branches: usize) -> Graph 
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![2.5; layers - 1],
+        pace: None,
         edges: None,
     }
 }
@@ -183,6 +184,7 @@ fn a_closed_route_may_end_whole_turns_from_where_it_begins() {
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![1.0; layers - 1],
+        pace: None,
         edges: None,
     };
     let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };
@@ -216,6 +218,7 @@ fn whole_turns_are_searched_only_where_limits_ask_for_them() {
         weights: vec![1.0 / layers as f64; layers],
         steps: vec![1.0 / (layers - 1) as f64; layers - 1],
         bounds: vec![f64::INFINITY; layers - 1],
+        pace: None,
         edges: None,
     };
     let search = Search { criterion: Criterion::Integral, smoothness: 1.0, window: 1, around: false, branch_step: 0.0, slack: 0.0 };

@@ -7,6 +7,7 @@ import pytest
 import redundancy as rd
 
 from tests.reference.chain import F64
+from tests.soak.volume_plans import fault_of
 
 AXIS = rd.Task.axisymmetric()
 CRITERIA = ("minimax", "integral", "motion", "speed")
@@ -267,3 +268,8 @@ def test_map_over_tilt() -> None:
     assert plan.twist is not None
     np.testing.assert_allclose(chart.spin_of(plan), plan.twist)
     chart.plot(trajectory=plan)
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_random_paths(number: int) -> None:
+    assert fault_of(11, number) is None

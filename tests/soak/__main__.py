@@ -15,6 +15,7 @@ from tests.soak import (
     qp,
     rest,
     urdf,
+    volume_plans,
     volume_ticks,
     volumes,
 )
@@ -31,6 +32,7 @@ SOAKS: dict[str, Callable[[list[str]], int]] = {
     "rest": rest.main,
     "urdf": urdf.main,
     "volumes": volumes.main,
+    "volume_plans": volume_plans.main,
     "volume_ticks": volume_ticks.main,
     "condition": lambda arguments: condition.main(["--check", *arguments]),
 }

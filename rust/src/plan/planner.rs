@@ -45,8 +45,8 @@ pub struct Planner {
     settings: PlanSettings,
     choices: Vec<SpareGrid>,
     warm_start: Option<WarmStart>,
-    /// The planner of a tool that is not tilted, where the task is a volume that holds it.
-    upright: Option<Box<Self>>,
+    /// Planners whose postures are rivals: of a tool that is not tilted, where the task is a volume that holds it; of the least motion, where the speed counts.
+    rivals: Vec<Self>,
 }
 
 impl Planner {
@@ -80,7 +80,8 @@ impl Planner {
         let without = upright.and_then(|(path, task, settings)| Self::new(robot.clone(), path, task, objective.clone(), settings).ok());
         let goal = Goal { task: Task::axisymmetric([0.0, 0.0, 1.0])?, volume: Some(volume.clone()) };
         let planner = Self::towards(robot, path, &goal, objective, settings)?;
-        Ok(Self { upright: without.map(Box::new), ..planner })
+        let rivals = planner.rivals.iter().cloned().chain(without).collect();
+        Ok(Self { rivals, ..planner })
     }
 
     fn towards(robot: Arc<Robot>, path: Path, goal: &Goal, objective: Option<Objective>, settings: PlanSettings) -> Result<Self> {
@@ -91,13 +92,18 @@ impl Planner {
         settings.check()?;
         // A tool of constant speed takes its own time.
         let path = if settings.criterion == Aim::Speed { path.without_time() } else { path };
+        let mut rivals = Vec::new();
+        if settings.criterion == Aim::Speed {
+            let calm = PlanSettings { criterion: Aim::Motion, ..settings.clone() };
+            rivals.push(Self::towards(robot.clone(), path.clone(), goal, None, calm)?);
+        }
         let problem = PathProblem::new(robot.clone(), &path, goal, objective, &settings)?;
         let mut choices = SpareGrid::choices(&robot, &goal.task, &settings)?;
         if goal.volume.is_some() && settings.n_spare.is_none() {
             choices.iter_mut().for_each(|choice| *choice = choice.coarser());
         }
         angle_grid(choices[0].spins, settings.n_angles, settings.spin_range)?;
-        Ok(Self { problem, path, settings, choices, warm_start: None, upright: None })
+        Ok(Self { problem, path, settings, choices, warm_start: None, rivals })
     }
 
     /// Starts from an earlier plan of a similar path: it is refined at once, with a search only if that fails.
@@ -115,11 +121,11 @@ impl Planner {
             return Err(Error::value("edge_cost", "given", "none for the criterion 'speed', which is no sum over steps").into());
         }
         let problem = &self.problem.with_steps(self.settings.max_step, LARGEST_STEP);
-        let upright = match &self.upright {
-            Some(upright) => upright.route(hooks)?,
-            None => None,
-        };
-        let mut plan = self.best(problem, upright.as_deref(), hooks)?;
+        let mut routes = Vec::new();
+        for rival in &self.rivals {
+            routes.extend(rival.route(hooks)?);
+        }
+        let mut plan = self.best(problem, &routes, hooks)?;
         plan.failure = explained(problem, &self.settings, &self.choices[0], &plan, hooks)?;
         plan.notes = notes(&self.problem, &self.choices[0], &plan)?;
         hooks.finish();
@@ -128,20 +134,20 @@ impl Planner {
 
     /// The postures of a plan that is whole.
     fn route(&self, hooks: &mut Hooks) -> std::result::Result<Option<Vec<f64>>, PlanError> {
-        let plan = self.best(&self.problem.with_steps(self.settings.max_step, LARGEST_STEP), None, hooks)?;
-        Ok(plan.failure.is_none().then_some(plan.q))
+        let plan = self.best(&self.problem.with_steps(self.settings.max_step, LARGEST_STEP), &[], hooks)?;
+        Ok((plan.failure.is_none() && plan.transfers.is_empty()).then_some(plan.q))
     }
 
     /// The best plan that is whole; where there is none, one that tells why.
-    fn best(&self, problem: &PathProblem, rival: Option<&[f64]>, hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
-        let plan = self.planned(problem, &self.settings, rival, hooks)?;
+    fn best(&self, problem: &PathProblem, rivals: &[Vec<f64>], hooks: &mut Hooks) -> std::result::Result<Plan, PlanError> {
+        let plan = self.planned(problem, &self.settings, rivals, hooks)?;
         if !plan.is_blocked() {
             return Ok(plan);
         }
         if !self.settings.branch_changes {
             // From one branch to another the joints are continuous at a singularity: a way through one is better than none.
             let through = PlanSettings { branch_changes: true, ..self.settings.clone() };
-            let plan = self.planned(problem, &through, rival, hooks)?;
+            let plan = self.planned(problem, &through, rivals, hooks)?;
             if plan.failure.is_none() {
                 return Ok(plan);
             }
@@ -150,7 +156,7 @@ impl Planner {
             return Ok(plan);
         }
         // A step that is too large is told where it is, on a way that is whole but for it.
-        let stepping = self.planned(&self.problem, &self.settings, rival, hooks)?;
+        let stepping = self.planned(&self.problem, &self.settings, rivals, hooks)?;
         Ok(if stepping.failure.is_none() { stepping.judged_by_steps(problem) } else { plan })
     }
 
@@ -159,12 +165,12 @@ impl Planner {
         &self,
         problem: &PathProblem,
         settings: &PlanSettings,
-        rival: Option<&[f64]>,
+        rivals: &[Vec<f64>],
         hooks: &mut Hooks,
     ) -> std::result::Result<Plan, PlanError> {
         let mut best: Option<Plan> = None;
         for spare in &self.choices {
-            let plan = self.planned_over(spare, problem, settings, rival, hooks)?;
+            let plan = self.planned_over(spare, problem, settings, rivals, hooks)?;
             if plan.failure.is_none() {
                 return Ok(plan);
             }
@@ -181,7 +187,7 @@ impl Planner {
         spare: &SpareGrid,
         problem: &PathProblem,
         settings: &PlanSettings,
-        rival: Option<&[f64]>,
+        rivals: &[Vec<f64>],
         hooks: &mut Hooks,
     ) -> std::result::Result<Plan, PlanError> {
         let coarse_grid = !spare.joints.is_empty() || problem.volume.is_some();
@@ -216,9 +222,10 @@ impl Planner {
                 }
             }
         }
-        if let Some(q) = rival {
+        for q in rivals {
             let part = refined_part(problem, 0, q, settings.max_iterations, hooks)?;
-            let part = best_part(problem.criterion, vec![as_is(problem, q, &part), part]);
+            let own = problem.holds(0, q).then(|| as_is(problem, q, &part));
+            let part = best_part(problem.criterion, own.into_iter().chain([part]).collect());
             parts = better_parts(problem.criterion, parts, vec![weighed(problem, part, q, hooks)?]);
         }
         let parts = or_led(problem, &known, parts, settings.max_iterations, hooks)?;

@@ -36,6 +36,8 @@ const SMALL_GAP: usize = 8;
 const LARGE: usize = 40_000_000;
 /// Ways that are refined beside the best route.
 const WAYS: usize = 8;
+/// The same of the slowest step, where the tool may tilt.
+const FEW_WAYS: usize = 3;
 /// Spins of every branch at which ways of little motion are looked for.
 const SPINS: usize = 12;
 /// The same where the tool's speed is sought.
@@ -219,9 +221,10 @@ pub(super) fn routes(
         if let Some(mut finder) = known.finder_of_speed(problem, points, closed, haste) {
             rivals.extend(slacks.iter().map(|slack| finder.find(*slack)).filter(|route| route.cells.len() == points.len()));
             if finder.steps() <= LARGE {
-                ways.extend(finder.ways(WAYS));
-                // Tilts make as many ways again.
-                ways.extend(if problem.volume.is_none() { finder.spread(SPREAD) } else { Vec::new() });
+                // Tilts make as many ways again, which cost more each.
+                let tilts = problem.volume.is_some();
+                ways.extend(finder.ways(if tilts { FEW_WAYS } else { WAYS }));
+                ways.extend(if tilts { Vec::new() } else { finder.spread(SPREAD) });
             }
             let mut seen: Vec<FoundRoute> = Vec::new();
             ways.retain(|way| {
