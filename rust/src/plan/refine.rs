@@ -202,12 +202,14 @@ impl<const C: usize> Solver<'_, C> {
             }
             iterations += 1;
             let step = model.direction(self.problem, &points, &self.constraints);
+            // Bounds of a volume, and of the speed, are many: rounding keeps the residual above what few of them leave.
+            let many = self.problem.volume.is_some() || self.problem.pace.is_some();
             let told = ROUNDING * UNSEEN * self.scale;
-            let taken = step.is_some_and(|step| step.slope < -told && self.advance(&mut state, &points, &step, mu));
+            let taken = step.is_some_and(|step| (!many || step.slope < -told) && self.advance(&mut state, &points, &step, mu));
             if !taken {
                 // Rounding has the last word at this weight.
                 if mu <= last {
-                    if out.0 <= SETTLED * self.scale && complementarity <= CENTRED * mu {
+                    if many && out.0 <= SETTLED * self.scale && complementarity <= CENTRED * mu {
                         out.1 = RefineStatus::Converged;
                     }
                     break;
