@@ -38,6 +38,8 @@ const RESTORED: f64 = 1e-12;
 const RETURN_ITERATIONS: usize = 12;
 /// Weight of the integral of the squared joint speed where none is given, relative to the value: for the worst one, and for the mean.
 const GENTLE: (f64, f64) = (1e-7, 1e-5);
+/// The same for the slowest joint: nothing else tells the others where to go, and far less leaves the refinement without an optimum to end at.
+const PACED: f64 = 5e-4;
 /// Least weight of a joint in the motion where those count that may move little.
 const LIGHT: f64 = 1e-3;
 /// Rounding of the times of a path must not carry a joint beyond its speed.
@@ -326,7 +328,11 @@ impl PathProblem {
 
     /// The weight of the motion: as given, or next to nothing beside the values.
     pub(super) fn weight_of_motion(&self, values: impl Iterator<Item = f64>) -> f64 {
-        let gentle = if self.criterion == Criterion::Minimax { GENTLE.0 } else { GENTLE.1 };
+        let gentle = match self.criterion {
+            _ if self.pace.is_some() => PACED,
+            Criterion::Minimax => GENTLE.0,
+            Criterion::Integral => GENTLE.1,
+        };
         self.smoothness.unwrap_or_else(|| gentle * mean_size(values))
     }
 
