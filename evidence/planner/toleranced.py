@@ -104,13 +104,18 @@ def compared(robot: rd.Robot, path: rd.Toolpath, tilt: float, criterion: str) ->
         texts = [_value(alone, criterion), _value(plan, criterion), f"{worth:.5f}, grid {grid:.5f} ({of} of {SAMPLED})"]
     else:
         best = around(plan, task, tilt, criterion)
-        texts = [f"{alone.cost:.5f}", f"{plan.cost:.5f}", f"{best:.5f} around the plan"]
+        texts = [f"{_total(each, criterion):.5f}" for each in (alone, plan)] + [f"{best:.5f} around the plan"]
     return [f'"{criterion}"', *texts, f"{processor:.2f}", f"{wall:.2f}"]
 
 
 def _value(plan: rd.Plan, criterion: str) -> str:
     value = plan.value.max() if criterion == "minimax" else rd.planning.core_path(plan.path).weights @ plan.value
     return f"{value:.5f}"
+
+
+def _total(plan: rd.Plan, criterion: str) -> float:
+    """Return the motion, or the time of a metre [s]."""
+    return plan.motion if criterion == "motion" else 1.0 / plan.speed
 
 
 def at_points(plan: rd.Plan, tilt: float, criterion: str) -> tuple[float, float]:
