@@ -98,7 +98,7 @@ fn bench<const N: usize>() {
     let solver = QuadraticSolver::new(robot, task, Some((index, 0.1)), IndexForm::Curvature, Derivatives::Exact, settings).unwrap();
     let mut memory = QuadraticMemory::default();
     measure(&format!("{N}R programme"), |i| {
-        let tick = Tick { q: &q[i], twist: TWIST, stiffness: 1e4, rows: &[], twists: &[] };
+        let tick = Tick { q: &q[i], twist: TWIST, stiffness: 1e4, rows: &[], twists: &[], frame: None };
         black_box(solver.step(black_box(&tick), &mut memory, &mut rates));
     });
 }
