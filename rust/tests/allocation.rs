@@ -163,7 +163,9 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         }
         let target = target_at::<C>(&robot, &far);
         let mut moved = q.to_vec();
-        if task.kind() != "general" {
+        // A refusal has words, which take memory.
+        let sound = robot.coupling().is_none() && target.position.iter().all(|x| x.is_finite());
+        if task.kind() != "general" && sound {
             let cost = Cost::new(Goal::of(&task, &target, suggested_weights(&robot)).unwrap());
             let mut swept = q.to_vec();
             free_of_allocation("descend", || descend(&robot, &cost, Some(robot.limits()), Sweeps::Double, 3, &mut swept));
