@@ -21,7 +21,7 @@ const RETURN_SPEED: f64 = 0.5;
 /// A tool is outside from here [rad]: what ticks may leave.
 const OUTSIDE: f64 = 1e-9;
 /// What a bound may be short of at the end of a tick [rad].
-const SHORT: f64 = 1e-10;
+pub(super) const SHORT: f64 = 1e-10;
 /// Newton steps of a tick for its bounds, at most, first for the least cost; the force of a bound, whose curvature a row leaves out, may make that slow.
 pub(super) const ROUNDS: usize = 9;
 /// Steps from this one on look for the nearest rates with the task as it is, and from the next for the nearest at all.
@@ -137,7 +137,19 @@ impl<'a> Inside<'a> {
     /// Whether a bound may be short at the end of a tick in which the tool turns by no more than `turn`.
     #[inline(always)]
     pub fn near(&self, turn: f64) -> bool {
-        (0..self.count).any(|i| self.equal[i] || self.start[i] - self.slope[i] * turn < self.end[i] + SHORT)
+        (0..self.count).any(|i| self.equal[i] || self.may_lack(i, self.start[i], turn))
+    }
+
+    /// Whether a bound with a slack may be short when the tool has turned by `turn` more.
+    #[inline(always)]
+    pub fn may_lack(&self, i: usize, slack: f64, turn: f64) -> bool {
+        slack - self.slope[i] * turn < self.end[i] + SHORT
+    }
+
+    /// Whether a bound lacks something.
+    #[inline(always)]
+    pub fn lack_any(&self, sides: &Sides) -> bool {
+        sides.as_slice().iter().enumerate().any(|(i, side)| self.lack(i, side.slack).1)
     }
 
     /// The bounds with the tool at `tool` at the end.

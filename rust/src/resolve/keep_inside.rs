@@ -1,20 +1,23 @@
 //! The tool kept inside a volume in a tick whose rates are given.
 //!
 //! In the usual case a few bounds cut into the free motion and nothing else is in the way: the least change that leaves the position as it is has a closed form,
-//! and Newton steps with the same factors make the bounds hold. Where limits are in the way, or the position has to give way, a programme finds the rates.
+//! and Newton's method with exact second derivatives, which tells by itself when it is there, makes the bounds hold. Where limits are in the way, or the position has to give way, a programme finds the rates.
+
+use std::cmp::Ordering;
 
 use super::bounds::{coupled_rows, speed_bounds};
 use super::coupled::Kept;
-use super::inside::{Inside, PathFrame, ROUNDS, Step, TELLING, turn};
+use super::inside::{Inside, PathFrame, ROUNDS, SHORT, Step, TELLING, turn};
 use crate::inverse::least_squares;
-use crate::kinematics::sized::{Jacobian, forward, jacobian};
-use crate::linalg::orthogonal::Orthogonal;
-use crate::linalg::vector::dot;
-use crate::linalg::{MAX_JOINTS, Rows6, size, with_capacity};
+use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::linalg::frame::Frame;
+use crate::linalg::orthogonal::{self, Orthogonal};
+use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale};
+use crate::linalg::{MAX_JOINTS, Rows6, size};
 use crate::qp::DenseRow;
 use crate::robot::{MAX_COMBINATIONS, Robot};
 use crate::task::Task;
-use crate::task::volume::{MAX_SIDES, OrientationVolume};
+use crate::task::volume::{MAX_SIDES, OrientationVolume, Side, Sides};
 
 /// Squared size of the position's Jacobian over the damping: the position comes first, to as many digits as the programme has left.
 const POSITION_FIRST: f64 = 1e8;
@@ -24,8 +27,10 @@ const KEPT: f64 = 1e-4;
 const POINT: usize = 3;
 /// Least ratio of the orthogonal rows of position and bounds with which the closed form is as good as the programme.
 const INDEPENDENT: f64 = 1e-2;
-/// Newton steps with the same factors, whose error falls by the length of the correction \[rad\] with each.
-const CORRECTIONS: usize = 3;
+/// Newton steps from where rates lead, at most.
+const CORRECTIONS: usize = 4;
+/// Solutions of one step with the second derivatives of the one before, at most.
+const BENDS: usize = 4;
 
 /// A tick of a method whose task is the position.
 #[derive(Debug, Clone, Copy)]
@@ -38,103 +43,230 @@ pub(super) struct Asking<'a> {
 }
 
 /// Keeps the tool inside a volume in a tick whose rates are given: where it would leave, the nearest rates with which it does not, the position first. Limits
-/// of single joints and of combinations hold. No allocation.
-pub(super) fn keep_inside(asking: &Asking<'_>, volume: &OrientationVolume, frame: &PathFrame, rates: &mut [f64]) -> Kept {
-    with_capacity!(asking.q.len(), keep(asking, volume, frame, rates))
+/// of single joints and of combinations hold. `at` is the tool at the start of the tick and its Jacobian. No allocation.
+#[inline(never)]
+pub(super) fn keep_inside<const C: usize>(
+    asking: &Asking<'_>,
+    volume: &OrientationVolume,
+    frame: &PathFrame,
+    at: (&Frame, &Jacobian<C>),
+    rates: &mut [f64],
+) -> Kept {
+    let inside = Inside::new(volume, frame, at.0, asking.dt);
+    let returning = inside.outside;
+    let held = inside.near(turn(rates, asking.dt)) && !slide(asking, &inside, at, rates) && !press_inside(asking, &inside, rates);
+    Kept { held, returning }
 }
 
-#[inline(never)]
-fn keep<const C: usize>(asking: &Asking<'_>, volume: &OrientationVolume, frame: &PathFrame, rates: &mut [f64]) -> Kept {
-    let (tool, columns) = jacobian::<C>(asking.robot, asking.q);
-    let inside = Inside::new(volume, frame, &tool, asking.dt);
-    let returning = inside.outside;
-    let held = inside.near(turn(rates, asking.dt)) && !slide(asking, &inside, &columns, rates) && !press_inside(asking, &inside, rates);
-    Kept { held, returning }
+/// What a step of [`Sliding`] has found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Found {
+    /// The rates as they are keep every bound.
+    Given,
+    /// Rates that do.
+    Rates,
+    /// Rates that are near such.
+    Near,
+    /// Nothing.
+    Nothing,
+}
+
+/// The search for the least change of rates that leaves the position as it is and keeps the bounds, by motions in the tick.
+struct Sliding<'a, const C: usize> {
+    inside: &'a Inside<'a>,
+    n: usize,
+    given: [f64; C],
+    change: [f64; C],
+    /// The position, then the bounds that are equations.
+    rows: Rows6<C>,
+    /// These, one bit a bound.
+    active: u32,
+    /// Whether none of them pulls: one that does need not be an equation.
+    pushes: bool,
+    /// Whether joints move one link each, so that second derivatives are those of [`bend`].
+    simple: bool,
 }
 
 /// Changes rates by as little as can be so that the bounds hold, with the position as it was; whether that did, within the limits. Else the rates stay.
 #[inline(always)]
-fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, columns: &Jacobian<C>, rates: &mut [f64]) -> bool {
+fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, &Jacobian<C>), rates: &mut [f64]) -> bool {
     let Asking { robot, q, dt, limits } = *asking;
     let n = size::<C>(q.len());
-    let (mut there, mut found) = ([0.0; C], [0.0; C]);
-    let lead = |there: &mut [f64; C], rates: &[f64]| (0..n).for_each(|i| there[i] = q[i] + dt * rates[i]);
-    lead(&mut there, rates);
-    let (tool, ahead) = jacobian::<C>(robot, &there[..n]);
-    let sides = inside.sides(&tool);
-    let (mut rows, mut wanted, mut active, mut m) = ([[0.0; C]; 6], [0.0; 6], [0; POINT], POINT);
-    let mut any = false;
-    for (i, side) in sides.as_slice().iter().enumerate() {
-        let (by, short) = inside.lack(i, side.slack);
-        any |= short;
-        if side.equality || short {
-            if m == 6 {
-                return false;
-            }
-            rows[m] = ahead.w.map(|w| dot(side.rate, w));
-            (wanted[m], active[m - POINT]) = (by / dt, i);
-            m += 1;
-        }
+    if turn(rates, dt) > TELLING {
+        // Rates that lead far tell nothing of the bounds.
+        return !inside.falls_short::<C>(robot, q, rates, dt);
     }
-    if sides.as_slice().len() > inside.count || !any && sides.as_slice().len() == inside.count {
-        return true;
-    }
-    // A tool that points backwards, and rates that lead far, tell nothing of the bounds.
-    if sides.as_slice().len() < inside.count || turn(rates, dt) > TELLING {
-        return false;
-    }
-    let (mut low, mut high) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
-    if limits {
-        speed_bounds(robot.limits(), q, dt, &mut low[..n], &mut high[..n]);
+    let (mut given, mut rows) = ([0.0; C], [[0.0; C]; 6]);
+    for i in 0..n {
+        given[i] = dt * rates[i];
     }
     for (c, row) in rows.iter_mut().enumerate().take(POINT) {
-        *row = columns.v.map(|v| v[c]);
+        *row = at.1.v.map(|v| v[c]);
     }
-    let factors = Orthogonal::new(&rows, n, m);
-    // Limits on combinations are for the programme.
-    if m > n || factors.spread() < INDEPENDENT || limits && !robot.limits().coupled.is_empty() {
-        return false;
-    }
+    let simple = robot.coupling().is_none();
+    let mut search = Sliding { inside, n, given, change: [0.0; C], rows, active: 0, pushes: true, simple };
+    // From the start of the tick, where second derivatives tell the rest, else from where the rates lead.
+    let sides = inside.sides(at.0);
+    let mut found = if simple && sides.as_slice().iter().all(|side| side.normal.is_some()) {
+        search.step((at.0, at.1), &[0.0; C], &sides, true)
+    } else {
+        search.step_from(robot, q, true)
+    };
     for _ in 0..CORRECTIONS {
-        let change = factors.solve(&wanted);
-        (0..n).for_each(|i| found[i] = rates[i] + change[i]);
-        if !(0..n).all(|i| found[i] >= low[i] && found[i] <= high[i]) || turn(&change[..n], dt) > TELLING {
+        if found == Found::Near {
+            found = search.step_from(robot, q, false);
+        }
+    }
+    match found {
+        Found::Given => return true,
+        Found::Rates => {}
+        // The rates may be inside by less than second derivatives tell.
+        Found::Near | Found::Nothing => return !inside.falls_short::<C>(robot, q, rates, dt),
+    }
+    // Limits on combinations are for the programme.
+    if limits {
+        let (mut low, mut high) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C]);
+        speed_bounds(robot.limits(), q, dt, &mut low[..n], &mut high[..n]);
+        let holds = |i: usize| (low[i]..=high[i]).contains(&(rates[i] + search.change[i] / dt));
+        if !robot.limits().coupled.is_empty() || !(0..n).all(holds) {
             return false;
         }
-        lead(&mut there, &found);
-        let sides = inside.sides(&forward::<C>(robot, &there[..n]));
-        let mut done = true;
-        for (i, side) in sides.as_slice().iter().enumerate() {
-            let (by, short) = inside.lack(i, side.slack);
-            if !short {
-                continue;
-            }
-            match active[..m - POINT].iter().position(|k| *k == i) {
-                Some(k) => wanted[POINT + k] += by / dt,
-                None => return false,
-            }
-            done = false;
-        }
-        if done {
-            let pushes = pushes(inside, &factors, &change, (&active, m));
-            if pushes {
-                rates.copy_from_slice(&found[..n]);
-            }
-            return pushes;
-        }
     }
-    false
+    for i in 0..n {
+        rates[i] += search.change[i] / dt;
+    }
+    true
 }
 
-/// Whether no bound pulls: one that does need not hold as an equation.
-#[inline(always)]
-fn pushes<const C: usize>(inside: &Inside<'_>, factors: &Orthogonal<C>, change: &[f64; C], (active, m): (&[usize; POINT], usize)) -> bool {
-    // One alone pushes by what it lacks.
-    if m <= POINT + 1 {
-        return true;
+impl<const C: usize> Sliding<'_, C> {
+    /// A step from where the rates with their change lead, unless these keep the bounds.
+    #[inline(never)]
+    fn step_from(&mut self, robot: &Robot, q: &[f64], first: bool) -> Found {
+        let (mut there, mut motion) = ([0.0; C], [0.0; C]);
+        for i in 0..self.n {
+            motion[i] = self.given[i] + self.change[i];
+            there[i] = q[i] + motion[i];
+        }
+        let (tool, columns) = jacobian::<C>(robot, &there[..self.n]);
+        let sides = self.inside.sides(&tool);
+        if !first && sides.as_slice().len() == self.inside.count && !self.inside.lack_any(&sides) {
+            return if self.pushes { Found::Rates } else { Found::Nothing };
+        }
+        self.step((&tool, &columns), &motion, &sides, first)
     }
-    let forces = factors.pseudo_inverse();
-    (POINT..m).all(|r| inside.is_equal(active[r - POINT]) || forces[r].iter().zip(change).map(|(p, x)| p * x).sum::<f64>() >= 0.0)
+
+    /// A Newton step from where a motion leads.
+    #[inline(never)]
+    fn step(&mut self, (tool, columns): (&Frame, &Jacobian<C>), motion: &[f64; C], sides: &Sides, first: bool) -> Found {
+        let (n, inside, sides) = (self.n, self.inside, sides.as_slice());
+        match sides.len().cmp(&inside.count) {
+            // A tool that points backwards has fewer.
+            Ordering::Less => return Found::Nothing,
+            Ordering::Greater => return if first { Found::Given } else { Found::Nothing },
+            Ordering::Equal => {}
+        }
+        let mut back = [0.0; C];
+        (0..n).for_each(|i| back[i] = self.given[i] - motion[i]);
+        let (turned, moved) = (sum(&back), self.bend(tool, columns, &back));
+        let (mut held, mut m, mut steepest, mut any) = ([(0, 0.0); POINT], POINT, 0.0f64, false);
+        for (i, side) in sides.iter().enumerate() {
+            // What the rates as they are lack by first derivatives, by second ones too, and how far that may be wrong.
+            let lack = inside.lack(i, side.slack).0 - dot(side.rate, moved.turn);
+            let by = lack - moved.second(side);
+            let unsure = side.normal.map_or(0.0, norm) * turned.powi(3) / 6.0;
+            let short = if inside.is_equal(i) { by.abs() } else { by } + unsure > 0.5 * SHORT;
+            any |= short;
+            if inside.is_equal(i) || self.active >> i & 1 == 1 || if first { short } else { inside.lack(i, side.slack).1 } {
+                if m == 2 * POINT {
+                    return Found::Nothing;
+                }
+                self.rows[m] = columns.w.map(|w| dot(side.rate, w));
+                held[m - POINT] = (i, lack);
+                self.active |= 1 << i;
+                m += 1;
+                steepest = steepest.max(side.normal.filter(|_| self.simple).map_or(f64::INFINITY, norm));
+            }
+        }
+        if first && !any {
+            return Found::Given;
+        }
+        let factors = Orthogonal::new(&self.rows, n, m);
+        if m > n || factors.spread() < INDEPENDENT {
+            return Found::Nothing;
+        }
+        let (mut wanted, mut certain, mut there) = ([0.0; 6], false, back);
+        (0..n).for_each(|i| there[i] += self.change[i]);
+        for _ in 0..BENDS {
+            let (before, moved) = (sum(&there), self.bend(tool, columns, &there));
+            for (k, (i, lack)) in held[..m - POINT].iter().enumerate() {
+                wanted[POINT + k] = lack - moved.second(&sides[*i]);
+            }
+            let next = factors.solve(&wanted);
+            let mut aside = 0.0;
+            for i in 0..n {
+                aside += (next[i] - self.change[i]).abs();
+                there[i] = back[i] + next[i];
+            }
+            self.change = next;
+            let far = sum(&there);
+            if !(sum(&next) <= TELLING) {
+                return Found::Nothing;
+            }
+            // The third derivative of the tool's axis is at most the cube of its turn, and the second was taken for another motion.
+            let (cube, rest) = (steepest * before.max(far).powi(3) / 6.0, steepest * before.max(far) * aside);
+            certain = cube + rest <= 0.5 * SHORT;
+            if certain || !(rest > cube + 0.1 * SHORT) {
+                certain &= (0..sides.len()).all(|i| self.active >> i & 1 == 1 || !inside.may_lack(i, sides[i].slack, far));
+                break;
+            }
+        }
+        // One bound alone pushes where it lacks.
+        self.pushes = if m == POINT + 1 {
+            inside.is_equal(held[0].0) || wanted[POINT] >= 0.0
+        } else {
+            let forces = factors.pseudo_inverse();
+            (POINT..m).all(|r| inside.is_equal(held[r - POINT].0) || orthogonal::dot(&forces[r], &self.change) >= 0.0)
+        };
+        match (certain, self.pushes) {
+            (false, _) => Found::Near,
+            (true, true) => Found::Rates,
+            (true, false) => Found::Nothing,
+        }
+    }
+
+    /// The tool's turn by a motion, and the second derivative of its axis along it.
+    #[inline(always)]
+    fn bend(&self, tool: &Frame, columns: &Jacobian<C>, motion: &[f64; C]) -> Bend {
+        let (mut turn, mut twist) = ([0.0; 3], [0.0; 3]);
+        for (w, x) in columns.w.iter().zip(motion).take(self.n) {
+            let w = scale(*x, *w);
+            twist = add(twist, cross(turn, w));
+            turn = add(turn, w);
+        }
+        let z = tool.axes[2];
+        let second = if self.simple { add(cross(turn, cross(turn, z)), cross(twist, z)) } else { [0.0; 3] };
+        Bend { turn, second }
+    }
+}
+
+/// See [`Sliding::bend`].
+struct Bend {
+    turn: Vec3,
+    second: Vec3,
+}
+
+impl Bend {
+    /// What second derivatives add to a slack.
+    #[inline(always)]
+    fn second(&self, side: &Side) -> f64 {
+        side.normal.map_or(0.0, |normal| 0.5 * dot(normal, self.second))
+    }
+}
+
+/// Sum of the sizes of motions.
+#[inline(always)]
+fn sum<const C: usize>(motion: &[f64; C]) -> f64 {
+    motion.iter().map(|x| x.abs()).sum()
 }
 
 /// Changes rates so that the bounds hold by a programme; whether they do with the position as it was. In the room for the largest robots, so that no size
