@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 
 use super::bounds::fastest;
 use crate::error::{Error, Result};
-use crate::kinematics::sized::{Jacobian, forward, jacobian};
+use crate::kinematics::sized::{Jacobian, forward, jacobian_apart};
 use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm};
@@ -77,7 +77,14 @@ pub(super) fn check_volume(volume: &OrientationVolume, task: &Task) -> Result<()
 
 impl<'a> Inside<'a> {
     /// What the bounds ask of a tick that starts with the tool at `tool`.
+    #[inline(always)]
     pub fn new(volume: &'a OrientationVolume, frame: &PathFrame, tool: &Frame, dt: f64) -> Self {
+        Self::of(volume, frame, tool, dt, &volume.sides(&frame.end, &tool.axes))
+    }
+
+    /// The same with the sides there.
+    #[inline(never)]
+    pub fn of(volume: &'a OrientationVolume, frame: &PathFrame, tool: &Frame, dt: f64, sides: &Sides) -> Self {
         let mut out = Self {
             volume,
             frame: frame.end,
@@ -88,7 +95,6 @@ impl<'a> Inside<'a> {
             slope: [0.0; MAX_SIDES],
             outside: false,
         };
-        let sides = volume.sides(&frame.end, &tool.axes);
         for (i, side) in sides.as_slice().iter().enumerate() {
             (out.start[i], out.equal[i], out.slope[i]) = (side.slack, side.equality, CURVED * norm(side.rate).max(1.0));
             out.count = i + 1;
@@ -207,7 +213,7 @@ impl<'a> Inside<'a> {
             motion[i] = dt * rates[i];
             there[i] = q[i] + motion[i];
         }
-        let (tool, columns) = jacobian::<C>(robot, &there[..q.len()]);
+        let (tool, columns) = jacobian_apart::<C>(robot, &there[..q.len()]);
         self.write((&tool, &columns), &motion, dt, rows);
     }
 
@@ -277,7 +283,7 @@ pub(super) fn curvature(
     for k in 0..n {
         for (step, sign) in [(DIFFERENCE, 0.25), (-DIFFERENCE, -0.25)] {
             there[k] = q[k] + step;
-            let (tool, columns) = jacobian::<MAX_JOINTS>(robot, &there[..n]);
+            let (tool, columns) = jacobian_apart::<MAX_JOINTS>(robot, &there[..n]);
             for (side, weight) in volume.sides(frame, &tool.axes).as_slice().iter().zip(weights) {
                 for i in 0..n {
                     let part = sign / DIFFERENCE * weight * dot(side.rate, columns.w[i]);

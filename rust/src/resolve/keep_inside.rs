@@ -9,7 +9,7 @@ use super::bounds::{coupled_rows, speed_bounds};
 use super::coupled::Kept;
 use super::inside::{Inside, PathFrame, ROUNDS, SHORT, Step, TELLING, turn};
 use crate::inverse::least_squares;
-use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian_apart};
 use crate::linalg::frame::Frame;
 use crate::linalg::orthogonal::{self, Orthogonal};
 use crate::linalg::vector::{Vec3, add, cross, dot, norm, scale};
@@ -52,9 +52,10 @@ pub(super) fn keep_inside<const C: usize>(
     at: (&Frame, &Jacobian<C>),
     rates: &mut [f64],
 ) -> Kept {
-    let inside = Inside::new(volume, frame, at.0, asking.dt);
+    let sides = volume.sides(&frame.end, &at.0.axes);
+    let inside = Inside::of(volume, frame, at.0, asking.dt, &sides);
     let returning = inside.outside;
-    let held = inside.near(turn(rates, asking.dt)) && !slide(asking, &inside, at, rates) && !press_inside(asking, &inside, rates);
+    let held = inside.near(turn(rates, asking.dt)) && !slide(asking, &inside, at, &sides, rates) && !press_inside(asking, &inside, rates);
     Kept { held, returning }
 }
 
@@ -89,7 +90,7 @@ struct Sliding<'a, const C: usize> {
 
 /// Changes rates by as little as can be so that the bounds hold, with the position as it was; whether that did, within the limits. Else the rates stay.
 #[inline(always)]
-fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, &Jacobian<C>), rates: &mut [f64]) -> bool {
+fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, &Jacobian<C>), sides: &Sides, rates: &mut [f64]) -> bool {
     let Asking { robot, q, dt, limits } = *asking;
     let n = size::<C>(q.len());
     if turn(rates, dt) > TELLING {
@@ -106,9 +107,8 @@ fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, 
     let simple = robot.coupling().is_none();
     let mut search = Sliding { inside, n, given, change: [0.0; C], rows, active: 0, pushes: true, simple };
     // From the start of the tick, where second derivatives tell the rest, else from where the rates lead.
-    let sides = inside.sides(at.0);
     let mut found = if simple && sides.as_slice().iter().all(|side| side.normal.is_some()) {
-        search.step((at.0, at.1), &[0.0; C], &sides, true)
+        search.step(at, &[0.0; C], sides, true)
     } else {
         search.step_from(robot, q, true)
     };
@@ -147,7 +147,7 @@ impl<const C: usize> Sliding<'_, C> {
             motion[i] = self.given[i] + self.change[i];
             there[i] = q[i] + motion[i];
         }
-        let (tool, columns) = jacobian::<C>(robot, &there[..self.n]);
+        let (tool, columns) = jacobian_apart::<C>(robot, &there[..self.n]);
         let sides = self.inside.sides(&tool);
         if !first && sides.as_slice().len() == self.inside.count && !self.inside.lack_any(&sides) {
             return if self.pushes { Found::Rates } else { Found::Nothing };
@@ -167,20 +167,25 @@ impl<const C: usize> Sliding<'_, C> {
         }
         let mut back = [0.0; C];
         (0..n).for_each(|i| back[i] = self.given[i] - motion[i]);
-        let (turned, moved) = (sum(&back), self.bend(tool, columns, &back));
+        // A step that is not the first is from where the change leads.
+        let (turned, mut moved) = if first { (sum(&back), self.bend(tool, columns, &back)) } else { (0.0, Bend::NONE) };
         let (mut held, mut m, mut steepest, mut any) = ([(0, 0.0); POINT], POINT, 0.0f64, false);
         for (i, side) in sides.iter().enumerate() {
             // What the rates as they are lack by first derivatives, by second ones too, and how far that may be wrong.
-            let lack = inside.lack(i, side.slack).0 - dot(side.rate, moved.turn);
+            let (lack, lacks) = inside.lack(i, side.slack);
+            let mut lack = lack - dot(side.rate, moved.turn);
             let by = lack - moved.second(side);
             let unsure = side.normal.map_or(0.0, norm) * turned.powi(3) / 6.0;
             let short = if inside.is_equal(i) { by.abs() } else { by } + unsure > 0.5 * SHORT;
             any |= short;
-            if inside.is_equal(i) || self.active >> i & 1 == 1 || if first { short } else { inside.lack(i, side.slack).1 } {
+            if inside.is_equal(i) || self.active >> i & 1 == 1 || if first { short } else { lacks } {
                 if m == 2 * POINT {
                     return Found::Nothing;
                 }
                 self.rows[m] = columns.w.map(|w| dot(side.rate, w));
+                if !first {
+                    lack -= orthogonal::dot(&self.rows[m], &back);
+                }
                 held[m - POINT] = (i, lack);
                 self.active |= 1 << i;
                 m += 1;
@@ -194,12 +199,13 @@ impl<const C: usize> Sliding<'_, C> {
         if m > n || factors.spread() < INDEPENDENT {
             return Found::Nothing;
         }
-        let (mut wanted, mut certain, mut there) = ([0.0; 6], false, back);
-        (0..n).for_each(|i| there[i] += self.change[i]);
-        for _ in 0..BENDS {
-            let (before, moved) = (sum(&there), self.bend(tool, columns, &there));
-            for (k, (i, lack)) in held[..m - POINT].iter().enumerate() {
-                wanted[POINT + k] = lack - moved.second(&sides[*i]);
+        let (mut wanted, mut certain, mut there, mut before) = ([0.0; 6], false, [0.0; C], turned);
+        for k in 0..BENDS {
+            if k > 0 {
+                moved = self.bend(tool, columns, &there);
+            }
+            for (r, (i, lack)) in held[..m - POINT].iter().enumerate() {
+                wanted[POINT + r] = lack - moved.second(&sides[*i]);
             }
             let next = factors.solve(&wanted);
             let mut aside = 0.0;
@@ -215,7 +221,9 @@ impl<const C: usize> Sliding<'_, C> {
             // The third derivative of the tool's axis is at most the cube of its turn, and the second was taken for another motion.
             let (cube, rest) = (steepest * before.max(far).powi(3) / 6.0, steepest * before.max(far) * aside);
             certain = cube + rest <= 0.5 * SHORT;
-            if certain || !(rest > cube + 0.1 * SHORT) {
+            before = far;
+            // Where that leaves too much, two solutions are as good as more.
+            if certain || k > 0 && cube > 0.5 * SHORT {
                 certain &= (0..sides.len()).all(|i| self.active >> i & 1 == 1 || !inside.may_lack(i, sides[i].slack, far));
                 break;
             }
@@ -250,12 +258,15 @@ impl<const C: usize> Sliding<'_, C> {
 }
 
 /// See [`Sliding::bend`].
+#[derive(Debug, Clone, Copy)]
 struct Bend {
     turn: Vec3,
     second: Vec3,
 }
 
 impl Bend {
+    const NONE: Self = Self { turn: [0.0; 3], second: [0.0; 3] };
+
     /// What second derivatives add to a slack.
     #[inline(always)]
     fn second(&self, side: &Side) -> f64 {
@@ -284,7 +295,7 @@ fn press_inside(asking: &Asking<'_>, inside: &Inside<'_>, rates: &mut [f64]) -> 
         count += coupled_rows(robot.limits(), q, dt, &low[..n], &high[..n], &mut rows[inside.count..]).0;
     }
     let rows = &mut rows[..count];
-    let (tool, columns) = jacobian::<MAX_JOINTS>(robot, q);
+    let (tool, columns) = jacobian_apart::<MAX_JOINTS>(robot, q);
     let position = Task::POSITION.directions(&tool, 1.0).rows(&columns);
     let size: f64 = position.iter().flatten().map(|x| x * x).sum();
     let damping = if size > 0.0 { size / POSITION_FIRST } else { 1.0 };

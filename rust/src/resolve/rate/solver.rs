@@ -6,7 +6,7 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach;
-use crate::kinematics::sized::{Jacobian, forward, jacobian};
+use crate::kinematics::sized::{Jacobian, forward, jacobian, jacobian_apart};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
@@ -257,7 +257,7 @@ impl RateSolver {
     /// The motion at a posture, with `gain` times the secondary motion.
     #[inline(never)]
     fn motion<const C: usize>(&self, q: &[f64], goal: &Goal<'_>, gain: f64, memory: &mut Memory) -> Motion<C> {
-        let (tool, columns) = jacobian::<C>(&self.robot, q);
+        let (tool, columns) = jacobian_apart::<C>(&self.robot, q);
         self.motion_from((&tool, &columns), q, goal, gain, memory)
     }
 
@@ -337,7 +337,7 @@ impl RateSolver {
     #[inline(never)]
     fn rest(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<'_, MAX_JOINTS>, rates: &mut [f64]) -> Option<bool> {
         let dt = self.settings.dt;
-        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
+        let (tool, jacobian) = jacobian_apart::<MAX_JOINTS>(&self.robot, q);
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let (w, v) = halves(twist);
@@ -383,7 +383,7 @@ impl RateSolver {
     /// One iteration towards a target, or none where its motion is shorter than `stop`: whether it was long enough.
     #[inline(always)]
     fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, stop: f64, memory: &mut Memory) -> bool {
-        let (tool, columns) = jacobian::<C>(&self.robot, q);
+        let (tool, columns) = jacobian_apart::<C>(&self.robot, q);
         let mut motion = self.motion_from((&tool, &columns), q, &Goal::Target(target), gain, memory);
         if let Some(volume) = &self.volume {
             // A motion is what rates make in a tick of length 1.

@@ -15,7 +15,7 @@ use super::inside::{Inside, PathFrame, check_volume};
 use super::keep_inside::{Asking, keep_inside};
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
-use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian, jacobian_apart};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
@@ -180,7 +180,7 @@ impl OrthogonalSqp {
         step: &[f64; MAX_JOINTS],
         task: &[f64; MAX_JOINTS],
     ) -> Option<([f64; MAX_JOINTS], bool)> {
-        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
+        let (tool, jacobian) = jacobian_apart::<MAX_JOINTS>(&self.robot, q);
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted, weighed: wanted };
