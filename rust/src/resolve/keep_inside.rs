@@ -40,6 +40,8 @@ pub(super) struct Asking<'a> {
     pub dt: f64,
     /// Whether limits of position and speed hold.
     pub limits: bool,
+    /// The rates of the tick before, or none.
+    pub before: &'a [f64],
 }
 
 /// Keeps the tool inside a volume in a tick whose rates are given: where it would leave, the nearest rates with which it does not, the position first. Limits
@@ -91,7 +93,7 @@ struct Sliding<'a, const C: usize> {
 /// Changes rates by as little as can be so that the bounds hold, with the position as it was; whether that did, within the limits. Else the rates stay.
 #[inline(always)]
 fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, &Jacobian<C>), sides: &Sides, rates: &mut [f64]) -> bool {
-    let Asking { robot, q, dt, limits } = *asking;
+    let Asking { robot, q, dt, limits, before } = *asking;
     let n = size::<C>(q.len());
     if turn(rates, dt) > TELLING {
         // Rates that lead far tell nothing of the bounds.
@@ -106,10 +108,15 @@ fn slide<const C: usize>(asking: &Asking<'_>, inside: &Inside<'_>, at: (&Frame, 
     }
     let simple = robot.coupling().is_none();
     let mut search = Sliding { inside, n, given, change: [0.0; C], rows, active: 0, pushes: true, simple };
-    // From the start of the tick, where second derivatives tell the rest, else from where the rates lead.
-    let mut found = if simple && sides.as_slice().iter().all(|side| side.normal.is_some()) {
+    // From where the tick before leads, or the start of the tick, where second derivatives tell the rest, else from where the rates lead.
+    let smooth = simple && sides.as_slice().iter().all(|side| side.normal.is_some());
+    let told = turn(before, dt);
+    let mut found = if smooth && !(told > 0.0 && told <= TELLING) {
         search.step(at, &[0.0; C], sides, true)
     } else {
+        for i in 0..if smooth { n } else { 0 } {
+            search.change[i] = dt * (before[i] - rates[i]);
+        }
         search.step_from(robot, q, true)
     };
     for _ in 0..CORRECTIONS {
@@ -200,6 +207,10 @@ impl<const C: usize> Sliding<'_, C> {
             return Found::Nothing;
         }
         let (mut wanted, mut certain, mut there, mut before) = ([0.0; 6], false, [0.0; C], turned);
+        if sum(&self.change) > 0.0 {
+            // The end is near where the step is from.
+            (moved, before) = (Bend::NONE, 0.0);
+        }
         for k in 0..BENDS {
             if k > 0 {
                 moved = self.bend(tool, columns, &there);
@@ -285,7 +296,7 @@ fn sum<const C: usize>(motion: &[f64; C]) -> f64 {
 #[cold]
 #[inline(never)]
 fn press_inside(asking: &Asking<'_>, inside: &Inside<'_>, rates: &mut [f64]) -> bool {
-    let Asking { robot, q, dt, limits } = *asking;
+    let Asking { robot, q, dt, limits, .. } = *asking;
     let n = q.len();
     let (mut low, mut high) = ([f64::NEG_INFINITY; MAX_JOINTS], [f64::INFINITY; MAX_JOINTS]);
     let mut rows = [DenseRow::<MAX_JOINTS>::OPEN; MAX_SIDES + MAX_COMBINATIONS];

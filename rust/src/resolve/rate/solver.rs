@@ -387,7 +387,7 @@ impl RateSolver {
         let mut motion = self.motion_from((&tool, &columns), q, &Goal::Target(target), gain, memory);
         if let Some(volume) = &self.volume {
             // A motion is what rates make in a tick of length 1.
-            let asking = Asking { robot: &self.robot, q, dt: 1.0, limits: false };
+            let asking = Asking { robot: &self.robot, q, dt: 1.0, limits: false, before: &[] };
             keep_inside(&asking, volume, &PathFrame { start: None, end: target.frame }, (&tool, &columns), &mut motion.dq[..q.len()]);
         }
         if motion.dq[..q.len()].iter().map(|x| x * x).sum::<f64>().sqrt() < stop {
@@ -471,7 +471,11 @@ fn step<const C: usize>(
         status = keep_combinations(robot, &solver.task, length, q, dt, rates).over(status);
     }
     match (&solver.volume, frame) {
-        (Some(volume), Some(frame)) => keep_inside(&Asking { robot, q, dt, limits }, volume, frame, at, rates).over(status),
+        (Some(volume), Some(frame)) => {
+            let kept = keep_inside(&Asking { robot, q, dt, limits, before: &memory.rates[..q.len()] }, volume, frame, at, rates);
+            memory.rates[..q.len()].copy_from_slice(rates);
+            kept.over(status)
+        }
         _ => status,
     }
 }

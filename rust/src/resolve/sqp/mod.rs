@@ -229,7 +229,7 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, frame: 
         status = keep_combinations(robot, &solver.task, length, q, dt, rates).over(status);
     }
     match (&solver.volume, frame) {
-        (Some(volume), Some(frame)) => keep_inside(&Asking { robot, q, dt, limits }, volume, frame, at, rates).over(status),
+        (Some(volume), Some(frame)) => keep_inside(&Asking { robot, q, dt, limits, before: &[] }, volume, frame, at, rates).over(status),
         _ => status,
     }
 }
