@@ -226,7 +226,8 @@ impl<const C: usize> Sliding<'_, C> {
             }
             self.change = next;
             let far = sum(&there);
-            if !(sum(&next) <= TELLING) {
+            // Numbers that are none end here too.
+            if sum(&next).total_cmp(&TELLING).is_gt() {
                 return Found::Nothing;
             }
             // The third derivative of the tool's axis is at most the cube of its turn, and the second was taken for another motion.
