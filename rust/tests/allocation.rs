@@ -13,14 +13,14 @@ use redundancy::internals::kinematics::forward;
 use redundancy::inverse::descent::{Cost, Goal, Order as Sweeps, descend, suggested_weights};
 use redundancy::inverse::{Inverse, reach};
 use redundancy::kinematics;
-use redundancy::linalg::{MAX_JOINTS, frame::Frame};
+use redundancy::linalg::{MAX_JOINTS, frame::Frame, quaternion::Quaternion};
 use redundancy::qp::Row;
 use redundancy::resolve::{
-    Beside, Damper, Derivatives, FrameTask, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PosturePull, PostureTask,
+    Beside, Damper, Derivatives, FrameTask, Guard, IndexForm, Memory, Method, Near, OrthogonalSqp, PathFrame, PosturePull, PostureTask,
     QuadraticMemory, QuadraticSettings, QuadraticSolver, RateSettings, RateSolver, Resolver, Scaling, Secondary, SqpSettings, Tick,
 };
 use redundancy::robot::{Joint, Robot};
-use redundancy::task::{Target, Task};
+use redundancy::task::{OrientationVolume, Target, Task};
 use redundancy::with_capacity;
 
 /// Counts what the current thread asks for.
@@ -167,8 +167,12 @@ fn resolution<const C: usize>(robot: &Robot, q: &[f64]) {
         let sound = robot.coupling().is_none() && target.position.iter().all(|x| x.is_finite());
         if task.kind() != "general" && sound {
             let cost = Cost::new(Goal::of(&task, &target, suggested_weights(&robot)).unwrap());
-            let mut swept = q.to_vec();
-            free_of_allocation("descend", || descend(&robot, &cost, Some(robot.limits()), Sweeps::Double, 3, &mut swept));
+            let sweep = |q: &mut [f64]| descend(&robot, &cost, Some(robot.limits()), Sweeps::Double, 3, q);
+            // Joints that follow others and goals that are no numbers are refused.
+            if sweep(&mut q.to_vec()).is_finite() {
+                let mut swept = q.to_vec();
+                free_of_allocation("descend", || sweep(&mut swept));
+            }
         }
         free_of_allocation("reach", || reach(&robot, Some(robot.limits()), &task, &target, 0.5, &mut moved, 1e-9, 60));
     }
@@ -207,6 +211,79 @@ fn rate_methods() {
                 free_of_allocation("rate solve", || solver.solve_next(&target, &q[..n], &mut memory));
             }
         }
+    }
+}
+
+/// Ticks of all methods within volumes, on the way to their bounds, at these and from outside.
+#[test]
+fn within_volumes() {
+    let spin = Some((-0.1, 0.2));
+    let volumes = [
+        OrientationVolume::cone(0.03, None),
+        OrientationVolume::pyramid(0.03, 0.02, spin),
+        OrientationVolume::square(0.02, 0.03, spin),
+        OrientationVolume::line_x(0.03, None),
+        OrientationVolume::product(&[([1.0, 0.0, 0.0], -0.02, 0.03), ([0.0, 1.0, 0.0], -0.1, 0.1), ([0.0, 0.0, 1.0], -0.1, 0.1)]),
+    ];
+    for (robot, volume) in [fanuc(), iiwa()].iter().flat_map(|robot| volumes.iter().map(move |volume| (robot, volume.clone().unwrap()))) {
+        let (n, robot) = (robot.n(), Arc::new(robot.clone()));
+        let start = [0.3, 0.4, -0.5, 0.6, 0.9, 0.2, 0.4];
+        let frame = forward::<MAX_JOINTS>(&robot, &start[..n]).axes;
+        let objective = Objective::new(vec![(1.0, indices(rows_for(n))[2].clone())]).unwrap();
+        let settings = QuadraticSettings {
+            length: 0.5,
+            dt: 0.01,
+            rate_weights: [1.0; MAX_JOINTS],
+            stiffness: 1e4,
+            largest_deviation: (f64::INFINITY, f64::INFINITY),
+            limits: true,
+            tolerance: 1e-3,
+        };
+        let term = Some((objective.clone(), 1e3));
+        let quadratic =
+            QuadraticSolver::new(robot.clone(), Task::POSITION, term, IndexForm::Curvature, Derivatives::Exact, settings).unwrap();
+        let quadratic = quadratic.within_volume(volume.clone()).unwrap();
+        let settings = SqpSettings { dt: 0.01, ..SqpSettings::default() };
+        let sqp = OrthogonalSqp::new(robot.clone(), Task::POSITION, objective.clone(), settings).unwrap();
+        let sqp = sqp.within_volume(volume.clone()).unwrap();
+        let rate = |method| {
+            let secondary = Secondary::Objective(objective.clone(), Scaling::Gradient);
+            let settings = RateSettings { dt: 0.01, gain: 10.0, ..RateSettings::default() };
+            RateSolver::new(robot.clone(), Task::POSITION, method, secondary, None, settings)?.within_volume(volume.clone())
+        };
+        let rates = Method::ALL.into_iter().filter_map(|method| rate(method).ok()).collect::<Vec<_>>();
+        assert!(rates.len() >= 4);
+        let (mut quadratic_memory, mut memory) = (QuadraticMemory::default(), Memory::default());
+        // Then the frame leaves the tool outside.
+        let away = [frame, Frame { axes: frame, origin: [0.0; 3] }.compose(&Frame::rotation([1.0, 0.0, 0.0], 0.2)).axes];
+        // Of the programme, the SQP, and any of the methods of the rate level.
+        let mut reached = [f64::INFINITY; 3];
+        for which in 0..2 + rates.len() {
+            let mut q = start;
+            for k in 0..200 {
+                let end = away[k / 150];
+                let (path, twist) = (PathFrame { start: Some(end), end }, [0.0, 0.0, 0.0, 0.05, 0.02, -0.02]);
+                let (at, mut out) = (q, [0.0; 7]);
+                free_of_allocation("tick within a volume", || match which {
+                    0 => {
+                        let tick = Tick { q: &at[..n], twist, stiffness: 1e4, rows: &[], twists: &[], frame: Some(path) };
+                        quadratic.step(&tick, &mut quadratic_memory, &mut out[..n]);
+                    }
+                    1 => {
+                        sqp.step_about(&at[..n], &twist, Some(&path), &mut out[..n]);
+                    }
+                    _ => {
+                        rates[which - 2].step_about(&at[..n], &twist, &path, &mut memory, &mut out[..n]);
+                    }
+                });
+                (0..n).for_each(|i| q[i] += 0.01 * out[i]);
+                let tool = Quaternion::from_axes(&forward::<MAX_JOINTS>(&robot, &q[..n]).axes);
+                let distance = volume.signed_distance(&Quaternion::from_axes(&end).conjugate().product(&tool));
+                assert!(k >= 150 || distance < 1e-9, "{which} {k} {distance}");
+                reached[which.min(2)] = reached[which.min(2)].min(distance.abs());
+            }
+        }
+        assert!(reached.iter().all(|distance| *distance < 1e-8), "{reached:?}");
     }
 }
 

@@ -125,6 +125,32 @@ def test_the_objective_tilts_the_tool_up_to_the_bound_and_no_farther(solver: str
     assert force[3] > 0.0, "the bound pushes inwards"
 
 
+@pytest.mark.parametrize("solver", ["TwistDecomposition", "GradientProjection", "WeightedInverse", "Householder"])
+@pytest.mark.parametrize("arm_name", ["ur5e", "kuka_iiwa14"])
+def test_rates_at_a_bound_are_the_nearest_to_those_without(solver: str, arm_name: str) -> None:
+    robot, tilt, dt = rd.robots.get(arm_name), np.radians(5.0), 1e-3
+    volume = rd.OrientationVolume.cone(tilt)
+    inside = SOLVERS[solver](robot, rd.Task.within(volume), dt=dt)
+    free = SOLVERS[solver](robot, rd.Task.position(), dt=dt)
+    q, held = np.array(POSTURES[arm_name]), 0
+    frame = robot.fk(q)[:3, :3]
+    for k in range(1500):
+        twist = np.array([0.0, 0.0, 0.0, 0.05, 0.03, 0.02]) * np.cos(6.0 * k * dt)
+        rates, without = inside.step(q, twist, frame=frame), free.step(q, twist)
+        change, there = rates - without, robot.fk(q + dt * rates)[:3, 2]
+        if np.abs(change).max() > 1e-3 and inside.status == free.status == "regular":
+            # Along the gradient of the slack where the tick ends, less what moves the tool point.
+            position, turn = robot.jacobian(q)[3:], robot.jacobian(q + dt * rates)[:3]
+            row = np.cross(there, frame[:, 2]) @ turn
+            along = row - np.linalg.pinv(position) @ (position @ row)
+            assert np.abs(position @ change).max() < 1e-9 * np.abs(change).max() + 1e-12
+            assert abs(np.arccos(there @ frame[:, 2]) - tilt) < 1e-9, "at the bound"
+            assert along @ change > (1.0 - 1e-4) * np.linalg.norm(along) * np.linalg.norm(change)
+            held += 1
+        q = q + dt * rates
+    assert held > 100
+
+
 @pytest.mark.parametrize("kind", WIDE)
 @pytest.mark.parametrize("solver", ["QuadraticProgram", "OrthogonalSQP", "TwistDecomposition"])
 def test_a_tool_outside_comes_back_with_a_bounded_speed(solver: str, kind: str) -> None:

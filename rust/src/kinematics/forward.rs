@@ -159,6 +159,12 @@ pub fn jacobian<'r, const C: usize>(robot: &'r Robot, q: &[f64]) -> (Frame, Jaco
     }
 }
 
+/// The same apart from the caller: one copy a capacity, for what is not in a hurry.
+#[inline(never)]
+pub fn jacobian_apart<'r, const C: usize>(robot: &'r Robot, q: &[f64]) -> (Frame, Jacobian<'r, C>) {
+    jacobian(robot, q)
+}
+
 /// The same for one posture or for several side by side, of a robot without joints that follow others.
 #[inline(always)]
 pub fn jacobian_of<'r, const C: usize, T: Real>(robot: &'r Robot, q: &[T]) -> (Frame<T>, Jacobian<'r, C, T>) {

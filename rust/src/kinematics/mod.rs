@@ -33,7 +33,7 @@ use crate::robot::Robot;
 /// The kernels, by capacity: the caller has checked the lengths.
 pub(crate) mod sized {
     pub use crate::kinematics::derivatives::{bending, derivative_column, first_derivative, jacobian_rate, second_derivative};
-    pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_of, joint_frames, link_frames};
+    pub use crate::kinematics::forward::{Jacobian, forward, forward_of, jacobian, jacobian_apart, jacobian_of, joint_frames, link_frames};
     pub use crate::kinematics::pullback::{pull_back, pull_back_of, pull_back_second};
 }
 
@@ -74,9 +74,8 @@ pub fn jacobian<'r>(robot: &'r Robot, q: &[f64]) -> Result<(Frame, Jacobian<'r>)
 }
 
 /// The same for callers that have checked the length: one copy of it, for what is not in a hurry.
-#[inline(never)]
 pub(crate) fn jacobian_at<'r>(robot: &'r Robot, q: &[f64]) -> (Frame, Jacobian<'r>) {
-    sized::jacobian(robot, q)
+    sized::jacobian_apart(robot, q)
 }
 
 /// Writes the Jacobian by rows, shape (6, n).

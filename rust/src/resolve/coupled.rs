@@ -2,7 +2,7 @@
 
 use super::bounds::{coupled_rows, speed_bounds};
 use crate::inverse::least_squares;
-use crate::kinematics::sized::jacobian;
+use crate::kinematics::sized::jacobian_apart;
 use crate::linalg::MAX_JOINTS;
 use crate::qp::DenseRow;
 use crate::resolve::StepStatus;
@@ -50,7 +50,7 @@ pub(super) fn keep_combinations(robot: &Robot, task: &Task, length: f64, q: &[f6
     if rows.iter().all(|row| holds(row, rates)) {
         return Kept { held: false, returning };
     }
-    let (tool, columns) = jacobian::<MAX_JOINTS>(robot, q);
+    let (tool, columns) = jacobian_apart::<MAX_JOINTS>(robot, q);
     let task_rows = task.directions(&tool, length).rows(&columns);
     let size: f64 = task_rows.iter().flatten().map(|x| x * x).sum();
     let mut made = [0.0; 6];

@@ -5,33 +5,31 @@
 
 use std::cmp::Ordering;
 
-use super::bounds::{coupled_rows, fastest, speed_bounds};
-use super::coupled::Kept;
+use super::bounds::fastest;
 use crate::error::{Error, Result};
-use crate::inverse::least_squares;
-use crate::kinematics::sized::{Jacobian, forward, jacobian};
+use crate::kinematics::sized::{Jacobian, forward, jacobian_apart};
+use crate::linalg::MAX_JOINTS;
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::{Vec3, dot, norm};
-use crate::linalg::{MAX_JOINTS, Rows6};
 use crate::qp::DenseRow;
-use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
+use crate::robot::{Limits, Robot};
 use crate::task::Task;
-use crate::task::volume::{MAX_SIDES, OrientationVolume, Side};
+use crate::task::volume::{MAX_SIDES, OrientationVolume, Side, Sides};
 
 /// Speed at which a tool outside comes back [rad/s], beside what the path's frame turns.
 const RETURN_SPEED: f64 = 0.5;
 /// A tool is outside from here [rad]: what ticks may leave.
 const OUTSIDE: f64 = 1e-9;
 /// What a bound may be short of at the end of a tick [rad].
-const SHORT: f64 = 1e-10;
+pub(super) const SHORT: f64 = 1e-10;
 /// Newton steps of a tick for its bounds, at most, first for the least cost; the force of a bound, whose curvature a row leaves out, may make that slow.
-const ROUNDS: usize = 9;
+pub(super) const ROUNDS: usize = 9;
 /// Steps from this one on look for the nearest rates with the task as it is, and from the next for the nearest at all.
 const SETTLING: usize = 3;
 /// The step that goes back to standing still, from where every bound is near.
 const FROM_REST: usize = 6;
 /// Sum of the motions of all joints [rad] up to which the tick before tells where this one leads.
-const TELLING: f64 = 0.1;
+pub(super) const TELLING: f64 = 0.1;
 /// How much faster a slack can fall than the tool turns, at most, beside the length of its rate.
 const CURVED: f64 = 2.0;
 /// Part of the acceleration of its joints together that the tool brakes with in front of a bound.
@@ -42,10 +40,6 @@ const DIFFERENCE: f64 = 1e-5;
 const LEVEL: f64 = 1e-6;
 /// Halvings of rates that no row keeps inside.
 const HALVINGS: usize = 40;
-/// Squared size of the position's Jacobian over the damping: the position comes first, to as many digits as the programme has left.
-const POSITION_FIRST: f64 = 1e8;
-/// Part of the motion of the tool point that may be missing where the position counts as kept.
-const KEPT: f64 = 1e-4;
 
 /// The axes of the path's frame in a tick, by columns in the base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +77,14 @@ pub(super) fn check_volume(volume: &OrientationVolume, task: &Task) -> Result<()
 
 impl<'a> Inside<'a> {
     /// What the bounds ask of a tick that starts with the tool at `tool`.
+    #[inline(always)]
     pub fn new(volume: &'a OrientationVolume, frame: &PathFrame, tool: &Frame, dt: f64) -> Self {
+        Self::of(volume, frame, tool, dt, &volume.sides(&frame.end, &tool.axes))
+    }
+
+    /// The same with the sides there.
+    #[inline(never)]
+    pub fn of(volume: &'a OrientationVolume, frame: &PathFrame, tool: &Frame, dt: f64, sides: &Sides) -> Self {
         let mut out = Self {
             volume,
             frame: frame.end,
@@ -94,7 +95,6 @@ impl<'a> Inside<'a> {
             slope: [0.0; MAX_SIDES],
             outside: false,
         };
-        let sides = volume.sides(&frame.end, &tool.axes);
         for (i, side) in sides.as_slice().iter().enumerate() {
             (out.start[i], out.equal[i], out.slope[i]) = (side.slack, side.equality, CURVED * norm(side.rate).max(1.0));
             out.count = i + 1;
@@ -143,7 +143,38 @@ impl<'a> Inside<'a> {
     /// Whether a bound may be short at the end of a tick in which the tool turns by no more than `turn`.
     #[inline(always)]
     pub fn near(&self, turn: f64) -> bool {
-        (0..self.count).any(|i| self.equal[i] || self.start[i] - self.slope[i] * turn < self.end[i] + SHORT)
+        (0..self.count).any(|i| self.equal[i] || self.may_lack(i, self.start[i], turn))
+    }
+
+    /// Whether a bound with a slack may be short when the tool has turned by `turn` more.
+    #[inline(always)]
+    pub fn may_lack(&self, i: usize, slack: f64, turn: f64) -> bool {
+        slack - self.slope[i] * turn < self.end[i] + SHORT
+    }
+
+    /// Whether a bound lacks something.
+    #[inline(always)]
+    pub fn lack_any(&self, sides: &Sides) -> bool {
+        sides.as_slice().iter().enumerate().any(|(i, side)| self.lack(i, side.slack).1)
+    }
+
+    /// The bounds with the tool at `tool` at the end.
+    #[inline(always)]
+    pub fn sides(&self, tool: &Frame) -> Sides {
+        self.volume.sides(&self.frame, &tool.axes)
+    }
+
+    /// Whether a bound is an equation.
+    #[inline(always)]
+    pub fn is_equal(&self, i: usize) -> bool {
+        self.equal[i]
+    }
+
+    /// What a bound lacks at the end with a slack, with the sign of an equation, and whether that is too much.
+    #[inline(always)]
+    pub fn lack(&self, i: usize, slack: f64) -> (f64, bool) {
+        let by = self.end[i] - slack;
+        (by, if self.equal[i] { by.abs() > SHORT } else { by > SHORT })
     }
 
     /// How much the bounds are short of, at most, with the tool at `tool` at the end.
@@ -182,7 +213,7 @@ impl<'a> Inside<'a> {
             motion[i] = dt * rates[i];
             there[i] = q[i] + motion[i];
         }
-        let (tool, columns) = jacobian::<C>(robot, &there[..q.len()]);
+        let (tool, columns) = jacobian_apart::<C>(robot, &there[..q.len()]);
         self.write((&tool, &columns), &motion, dt, rows);
     }
 
@@ -252,7 +283,7 @@ pub(super) fn curvature(
     for k in 0..n {
         for (step, sign) in [(DIFFERENCE, 0.25), (-DIFFERENCE, -0.25)] {
             there[k] = q[k] + step;
-            let (tool, columns) = jacobian::<MAX_JOINTS>(robot, &there[..n]);
+            let (tool, columns) = jacobian_apart::<MAX_JOINTS>(robot, &there[..n]);
             for (side, weight) in volume.sides(frame, &tool.axes).as_slice().iter().zip(weights) {
                 for i in 0..n {
                     let part = sign / DIFFERENCE * weight * dot(side.rate, columns.w[i]);
@@ -303,82 +334,6 @@ impl Step {
 
 /// How far rates turn the tool in a tick, at most.
 #[inline(always)]
-fn turn(rates: &[f64], dt: f64) -> f64 {
+pub(super) fn turn(rates: &[f64], dt: f64) -> f64 {
     dt * rates.iter().map(|rate| rate.abs()).sum::<f64>()
-}
-
-/// A tick of a method whose task is the position.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Asking<'a> {
-    pub robot: &'a Robot,
-    pub q: &'a [f64],
-    pub dt: f64,
-    /// Whether limits of position and speed hold.
-    pub limits: bool,
-}
-
-/// Keeps the tool inside a volume in a tick whose rates are given: where it would leave, the nearest rates with which it does not, the position first. Limits
-/// of single joints and of combinations hold. In the room for the largest robots, so that no size has machine code of its own. No allocation.
-#[inline(never)]
-pub(super) fn keep_inside(asking: &Asking<'_>, volume: &OrientationVolume, frame: &PathFrame, rates: &mut [f64]) -> Kept {
-    let Asking { robot, q, dt, .. } = *asking;
-    let tool = forward::<MAX_JOINTS>(robot, q);
-    let inside = Inside::new(volume, frame, &tool, dt);
-    let returning = inside.outside;
-    if !inside.falls_short::<MAX_JOINTS>(robot, q, rates, dt) {
-        return Kept { held: false, returning };
-    }
-    let held = !press_inside(asking, &inside, rates);
-    Kept { held, returning }
-}
-
-/// Changes rates so that the bounds hold; whether they do with the position as it was.
-#[cold]
-#[inline(never)]
-fn press_inside(asking: &Asking<'_>, inside: &Inside<'_>, rates: &mut [f64]) -> bool {
-    let Asking { robot, q, dt, limits } = *asking;
-    let n = q.len();
-    let (mut low, mut high) = ([f64::NEG_INFINITY; MAX_JOINTS], [f64::INFINITY; MAX_JOINTS]);
-    let mut rows = [DenseRow::<MAX_JOINTS>::OPEN; MAX_SIDES + MAX_COMBINATIONS];
-    let mut count = inside.count;
-    if limits {
-        speed_bounds(robot.limits(), q, dt, &mut low[..n], &mut high[..n]);
-        count += coupled_rows(robot.limits(), q, dt, &low[..n], &high[..n], &mut rows[inside.count..]).0;
-    }
-    let rows = &mut rows[..count];
-    let (tool, columns) = jacobian::<MAX_JOINTS>(robot, q);
-    let position = Task::POSITION.directions(&tool, 1.0).rows(&columns);
-    let size: f64 = position.iter().flatten().map(|x| x * x).sum();
-    let damping = if size > 0.0 { size / POSITION_FIRST } else { 1.0 };
-    let mut given = [0.0; MAX_JOINTS];
-    given[..n].copy_from_slice(rates);
-    let made = moved(&position, &given[..n]);
-    // Rates that lead far tell nothing of the bounds.
-    let mut about = if turn(rates, dt) <= TELLING { given } else { [0.0; MAX_JOINTS] };
-    for round in 1..=ROUNDS {
-        inside.write_about(robot, q, &about[..n], dt, rows);
-        let found = match Step::of(round) {
-            Step::Whole => least_squares(n, (&position, &made), (damping, &given[..n]), (&low, &high), rows),
-            Step::Task => least_squares(n, (&position, &moved(&position, &about[..n])), (damping, &about[..n]), (&low, &high), rows),
-            Step::Nearest | Step::Rest => least_squares(n, (&[[0.0; MAX_JOINTS]; 6], &[0.0; 6]), (1.0, &about[..n]), (&low, &high), rows),
-        };
-        if let Some(found) = found {
-            about = found;
-            rates.copy_from_slice(&found[..n]);
-            if !inside.falls_short::<MAX_JOINTS>(robot, q, rates, dt) {
-                let (there, whole) = (moved(&position, rates), made.iter().map(|x| x * x).sum::<f64>().sqrt());
-                return there.iter().zip(&made).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() <= KEPT * (whole + f64::EPSILON);
-            }
-        }
-        if found.is_none() || Step::of(round + 1) == Step::Rest {
-            about = [0.0; MAX_JOINTS];
-        }
-    }
-    inside.shorten(robot, q, dt, rates);
-    false
-}
-
-/// The motion of the tool point that rates make.
-fn moved(position: &Rows6<MAX_JOINTS>, rates: &[f64]) -> [f64; 6] {
-    position.map(|row| row.iter().zip(rates).map(|(a, x)| a * x).sum())
 }

@@ -38,6 +38,7 @@ mod bounds;
 mod coupled;
 pub(crate) mod direct_update;
 mod inside;
+mod keep_inside;
 mod nearest;
 mod quadratic;
 mod rate;

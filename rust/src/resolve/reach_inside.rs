@@ -1,7 +1,7 @@
 //! From afar to a position, with the tool's orientation in a volume about that of a target.
 
 use crate::inverse::{Reach, least_squares};
-use crate::kinematics::sized::{forward, jacobian};
+use crate::kinematics::sized::{forward, jacobian_apart};
 use crate::linalg::frame::Frame;
 use crate::linalg::quaternion::Quaternion;
 use crate::linalg::vector::{Vec3, dot, norm, scale, sub};
@@ -96,7 +96,7 @@ impl Sought<'_> {
     /// One damped step along what is left, within the limits.
     fn step(&self, q: &[f64], (w, v): (Vec3, Vec3), damping: f64) -> [f64; MAX_JOINTS] {
         let n = q.len();
-        let (tool, columns) = jacobian::<MAX_JOINTS>(self.robot, q);
+        let (tool, columns) = jacobian_apart::<MAX_JOINTS>(self.robot, q);
         let (rows, wanted) = self.equations(&tool, &columns.w, &columns.v, (w, v));
         let (mut low, mut high) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
         for i in (0..n).filter(|i| self.held >> i & 1 == 0) {

@@ -80,10 +80,11 @@ impl PosturePull {
     }
 }
 
-/// What a solver remembers from step to step: the posture at which the threshold was crossed.
+/// What a solver remembers from step to step: the posture at which the threshold was crossed, and the rates of a tick within a volume.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Memory {
     anchor: Option<[f64; MAX_JOINTS]>,
+    pub(super) rates: [f64; MAX_JOINTS],
 }
 
 /// A secondary task.

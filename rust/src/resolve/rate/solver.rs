@@ -6,13 +6,15 @@ use super::methods::{Method, Posed};
 use super::secondary::{Memory, Secondary};
 use crate::error::{Error, Result, check_finite, check_positive};
 use crate::inverse::reach;
-use crate::kinematics::sized::{forward, jacobian};
+use crate::kinematics::sized::{Jacobian, forward, jacobian, jacobian_apart};
+use crate::linalg::frame::Frame;
 use crate::linalg::vector::{halves, norm};
 use crate::linalg::with_capacity;
 use crate::linalg::{MAX_JOINTS, Row6, size};
 use crate::resolve::bounds::speed_bounds;
 use crate::resolve::coupled::keep_combinations;
-use crate::resolve::inside::{Asking, check_volume, keep_inside};
+use crate::resolve::inside::check_volume;
+use crate::resolve::keep_inside::{Asking, keep_inside};
 use crate::resolve::nearest::{Asked, UNDONE, bends_little};
 use crate::resolve::reach_inside::Sought;
 use crate::resolve::{ON_TARGET, PathFrame, Resolver, Solution, SolveStatus, StepStatus};
@@ -255,12 +257,25 @@ impl RateSolver {
     /// The motion at a posture, with `gain` times the secondary motion.
     #[inline(never)]
     fn motion<const C: usize>(&self, q: &[f64], goal: &Goal<'_>, gain: f64, memory: &mut Memory) -> Motion<C> {
-        let (tool, columns) = jacobian::<C>(&self.robot, q);
+        let (tool, columns) = jacobian_apart::<C>(&self.robot, q);
+        self.motion_from((&tool, &columns), q, goal, gain, memory)
+    }
+
+    /// The same with the tool there and its Jacobian.
+    #[inline(never)]
+    fn motion_from<const C: usize>(
+        &self,
+        (tool, columns): (&Frame, &Jacobian<'_, C>),
+        q: &[f64],
+        goal: &Goal<'_>,
+        gain: f64,
+        memory: &mut Memory,
+    ) -> Motion<C> {
         let weights = self.weights_at::<C>(q);
         let (length, damping) = (self.settings.length, self.settings.damping);
         let all = self.method == Method::ResolvedRate;
-        let directions = if all { Directions::all(length) } else { self.task.directions(&tool, length) };
-        let at = Posed { task: &self.task, tool: &tool, jacobian: &columns, directions: &directions, length, damping, weights: &weights };
+        let directions = if all { Directions::all(length) } else { self.task.directions(tool, length) };
+        let at = Posed { task: &self.task, tool, jacobian: columns, directions: &directions, length, damping, weights: &weights };
         let (mut h, mut complete) = ([0.0; C], true);
         if gain > 0.0 && !all {
             (h, complete) = self.secondary.motion(&self.robot, q, &at, memory);
@@ -270,7 +285,7 @@ impl RateSolver {
         let twist = match goal {
             Goal::Twist(twist) => twist,
             Goal::Target(target) => {
-                let ([a, b, c], [x, y, z]) = self.task.error(&tool, target);
+                let ([a, b, c], [x, y, z]) = self.task.error(tool, target);
                 error = [a, b, c, x, y, z];
                 &error
             }
@@ -279,7 +294,7 @@ impl RateSolver {
         let follows = match goal {
             Goal::Twist(_) if !damped => {
                 let (w, v) = halves(twist);
-                bends_little(self.robot.arm(), &columns, &directions, &dq, self.settings.dt, &directions.reduce(w, v))
+                bends_little(self.robot.arm(), columns, &directions, &dq, self.settings.dt, &directions.reduce(w, v))
             }
             _ => false,
         };
@@ -294,23 +309,17 @@ impl RateSolver {
             rates.fill(0.0);
             return StepStatus::Limited;
         }
-        let status = with_capacity!(self.columns(), step(self, q, twist, memory, rates));
-        if !self.settings.limits || self.robot.limits().coupled.is_empty() {
-            return status;
-        }
-        keep_combinations(&self.robot, &self.task, self.settings.length, q, self.settings.dt, rates).over(status)
+        with_capacity!(self.columns(), step(self, q, twist, None, memory, rates))
     }
 
     /// The same with the tool kept in the volume about the path's frame: where the method's motion would leave it, the nearest that does not, the position
     /// first. For methods that project orthogonally this is their own motion for a task with the bounds that hold it.
     pub fn step_about(&self, q: &[f64], twist: &Row6, frame: &PathFrame, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
-        let status = self.step(q, twist, memory, rates);
-        let Some(volume) = &self.volume else { return status };
         if q.len() != self.robot.n() || rates.len() != q.len() {
-            return status;
+            rates.fill(0.0);
+            return StepStatus::Limited;
         }
-        let asking = Asking { robot: &self.robot, q, dt: self.settings.dt, limits: self.settings.limits };
-        keep_inside(&asking, volume, frame, rates).over(status)
+        with_capacity!(self.columns(), step(self, q, twist, Some(frame), memory, rates))
     }
 
     /// Takes from the free motion, then from all, what limits have no room for.
@@ -328,7 +337,7 @@ impl RateSolver {
     #[inline(never)]
     fn rest(&self, q: &[f64], twist: &Row6, bounds: &RateBounds<'_, MAX_JOINTS>, rates: &mut [f64]) -> Option<bool> {
         let dt = self.settings.dt;
-        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
+        let (tool, jacobian) = jacobian_apart::<MAX_JOINTS>(&self.robot, q);
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let (w, v) = halves(twist);
@@ -374,11 +383,12 @@ impl RateSolver {
     /// One iteration towards a target, or none where its motion is shorter than `stop`: whether it was long enough.
     #[inline(always)]
     fn iterate<const C: usize>(&self, target: &Target, q: &mut [f64], gain: f64, stop: f64, memory: &mut Memory) -> bool {
-        let mut motion = self.motion::<C>(q, &Goal::Target(target), gain, memory);
+        let (tool, columns) = jacobian_apart::<C>(&self.robot, q);
+        let mut motion = self.motion_from((&tool, &columns), q, &Goal::Target(target), gain, memory);
         if let Some(volume) = &self.volume {
             // A motion is what rates make in a tick of length 1.
-            let asking = Asking { robot: &self.robot, q, dt: 1.0, limits: false };
-            keep_inside(&asking, volume, &PathFrame { start: None, end: target.frame }, &mut motion.dq[..q.len()]);
+            let asking = Asking { robot: &self.robot, q, dt: 1.0, limits: false, before: &[] };
+            keep_inside(&asking, volume, &PathFrame { start: None, end: target.frame }, (&tool, &columns), &mut motion.dq[..q.len()]);
         }
         if motion.dq[..q.len()].iter().map(|x| x * x).sum::<f64>().sqrt() < stop {
             return false;
@@ -443,10 +453,45 @@ impl Resolver for RateSolver {
     }
 }
 
+/// A tick within all limits, and within the volume about the path's frame.
 #[inline(never)]
-fn step<const C: usize>(solver: &RateSolver, q: &[f64], twist: &Row6, memory: &mut Memory, rates: &mut [f64]) -> StepStatus {
+fn step<const C: usize>(
+    solver: &RateSolver,
+    q: &[f64],
+    twist: &Row6,
+    frame: Option<&PathFrame>,
+    memory: &mut Memory,
+    rates: &mut [f64],
+) -> StepStatus {
+    let (robot, RateSettings { length, dt, limits, .. }) = (&*solver.robot, solver.settings);
+    let (tool, columns) = jacobian::<C>(robot, q);
+    let at = (&tool, &columns);
+    let mut status = tick(solver, at, q, twist, memory, rates);
+    if limits && !robot.limits().coupled.is_empty() {
+        status = keep_combinations(robot, &solver.task, length, q, dt, rates).over(status);
+    }
+    match (&solver.volume, frame) {
+        (Some(volume), Some(frame)) => {
+            let kept = keep_inside(&Asking { robot, q, dt, limits, before: &memory.rates[..q.len()] }, volume, frame, at, rates);
+            memory.rates[..q.len()].copy_from_slice(rates);
+            kept.over(status)
+        }
+        _ => status,
+    }
+}
+
+/// A tick within the limits of single joints.
+#[inline(always)]
+fn tick<const C: usize>(
+    solver: &RateSolver,
+    at: (&Frame, &Jacobian<'_, C>),
+    q: &[f64],
+    twist: &Row6,
+    memory: &mut Memory,
+    rates: &mut [f64],
+) -> StepStatus {
     let n = size::<C>(solver.robot.n()).min(rates.len());
-    let motion = solver.motion::<C>(q, &Goal::Twist(twist), solver.settings.gain, memory);
+    let motion = solver.motion_from(at, q, &Goal::Twist(twist), solver.settings.gain, memory);
     if !motion.dq[..n].iter().all(|x| x.is_finite()) {
         rates[..n].fill(0.0);
         return StepStatus::Damped;

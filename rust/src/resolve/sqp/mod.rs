@@ -11,10 +11,11 @@ use std::sync::Arc;
 use super::StepStatus;
 use super::bounds::{coupled_rows, speed_bounds};
 use super::coupled::keep_combinations;
-use super::inside::{Asking, Inside, PathFrame, check_volume, keep_inside};
+use super::inside::{Inside, PathFrame, check_volume};
+use super::keep_inside::{Asking, keep_inside};
 use crate::error::{Error, Result, check_positive};
 use crate::index::{Objective, Order};
-use crate::kinematics::sized::{Jacobian, jacobian};
+use crate::kinematics::sized::{Jacobian, jacobian, jacobian_apart};
 use crate::linalg::frame::Frame;
 use crate::linalg::vector::halves;
 use crate::linalg::with_capacity;
@@ -143,15 +144,7 @@ impl OrthogonalSqp {
             rates.fill(0.0);
             return StepStatus::Limited;
         }
-        let mut status = with_capacity!(self.robot.n(), step(self, q, twist, frame, rates));
-        let SqpSettings { length, dt, limits, .. } = self.settings;
-        if limits && !self.robot.limits().coupled.is_empty() {
-            status = keep_combinations(&self.robot, &self.task, length, q, dt, rates).over(status);
-        }
-        match (&self.volume, frame) {
-            (Some(volume), Some(frame)) => keep_inside(&Asking { robot: &self.robot, q, dt, limits }, volume, frame, rates).over(status),
-            _ => status,
-        }
+        with_capacity!(self.robot.n(), step(self, q, twist, frame, rates))
     }
 
     /// Writes the bounds of the volume as rows of motions in a tick of length `dt`; how many there are.
@@ -187,7 +180,7 @@ impl OrthogonalSqp {
         step: &[f64; MAX_JOINTS],
         task: &[f64; MAX_JOINTS],
     ) -> Option<([f64; MAX_JOINTS], bool)> {
-        let (tool, jacobian) = jacobian::<MAX_JOINTS>(&self.robot, q);
+        let (tool, jacobian) = jacobian_apart::<MAX_JOINTS>(&self.robot, q);
         let directions = self.task.directions(&tool, self.settings.length);
         let rows = directions.rows(&jacobian);
         let asked = Asked { jacobian: &jacobian, directions: &directions, rows: &rows, wanted, weighed: wanted };
@@ -225,16 +218,39 @@ impl OrthogonalSqp {
     }
 }
 
+/// A tick within all limits, and within the volume about the path's frame.
 #[inline(never)]
 fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, frame: Option<&PathFrame>, rates: &mut [f64]) -> StepStatus {
+    let (robot, SqpSettings { length, dt, limits, .. }) = (&*solver.robot, solver.settings);
+    let (tool, columns) = jacobian::<C>(robot, q);
+    let at = (&tool, &columns);
+    let mut status = tick(solver, at, q, twist, frame, rates);
+    if limits && !robot.limits().coupled.is_empty() {
+        status = keep_combinations(robot, &solver.task, length, q, dt, rates).over(status);
+    }
+    match (&solver.volume, frame) {
+        (Some(volume), Some(frame)) => keep_inside(&Asking { robot, q, dt, limits, before: &[] }, volume, frame, at, rates).over(status),
+        _ => status,
+    }
+}
+
+/// A tick with the bounds of the volume linear about its start.
+#[inline(always)]
+fn tick<const C: usize>(
+    solver: &OrthogonalSqp,
+    (tool, columns): (&Frame, &Jacobian<'_, C>),
+    q: &[f64],
+    twist: &Row6,
+    frame: Option<&PathFrame>,
+    rates: &mut [f64],
+) -> StepStatus {
     let n = solver.robot.n();
     let SqpSettings { length, dt, gain, limits, .. } = solver.settings;
-    let (tool, columns) = jacobian::<C>(&solver.robot, q);
-    let directions = solver.task.directions(&tool, length);
+    let directions = solver.task.directions(tool, length);
     let (w, v) = halves(twist);
     let wanted = directions.reduce(w, v).map(|x| dt * x);
-    let objective = solver.objective.evaluate_at(&solver.robot, q, &columns, Order::Hessian, false);
-    let known = Known { jacobian: &columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
+    let objective = solver.objective.evaluate_at(&solver.robot, q, columns, Order::Hessian, false);
+    let known = Known { jacobian: columns, objective: &objective, constraint: &Constraint::of(&directions), turning: None, wanted };
     let (mut low, mut high, mut returning) = ([f64::NEG_INFINITY; C], [f64::INFINITY; C], false);
     let (mut room, mut count) = (None, 0);
     if limits {
@@ -246,13 +262,13 @@ fn step<const C: usize>(solver: &OrthogonalSqp, q: &[f64], twist: &Row6, frame: 
     }
     if let (Some(frame), true) = (frame, solver.volume.is_some()) {
         let room = room.get_or_insert([DenseRow::OPEN; MAX_STEP_ROWS]);
-        count += solver.side_rows(frame, (&tool, &columns), dt, &mut room[count..]);
+        count += solver.side_rows(frame, (tool, columns), dt, &mut room[count..]);
     }
     let rows = room.as_ref().map_or(&[][..], |room| &room[..count]);
     let fraction = (gain * dt).min(1.0);
     let bounds = Bounds { low, high, rows, radius: RADIUS * fraction, gain: fraction };
     let mut step = newton_step(&known, &bounds);
-    if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), &columns, &directions, &step.dq, 1.0, &wanted) {
+    if step.status == StepStatus::Regular && bends_little(solver.robot.arm(), columns, &directions, &step.dq, 1.0, &wanted) {
         return write(&step, returning, dt, rates);
     }
     let (low, high) = (wide(&low, f64::NEG_INFINITY), wide(&high, f64::INFINITY));

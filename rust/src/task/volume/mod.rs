@@ -66,6 +66,9 @@ pub struct OrientationVolume {
     reference: Quaternion,
     shape: Shape,
     spin: Range,
+    /// Sine and cosine of the tilt of a cone.
+    sine: f64,
+    cosine: f64,
 }
 
 fn tilt(name: &str, value: f64, most: f64) -> Result<f64> {
@@ -79,7 +82,8 @@ fn tilt(name: &str, value: f64, most: f64) -> Result<f64> {
 impl OrientationVolume {
     fn new(shape: Shape, spin: Option<(f64, f64)>) -> Result<Self> {
         let spin = spin.map_or(Ok(Range::FREE), |(low, high)| Range::new("spin", low, high))?;
-        Ok(Self { reference: Quaternion::IDENTITY, shape, spin })
+        let (sine, cosine) = if let Shape::Cone(tilt) = &shape { tilt.sin_cos() } else { (0.0, 1.0) };
+        Ok(Self { reference: Quaternion::IDENTITY, shape, spin, sine, cosine })
     }
 
     /// The tool's axis tilted by at most `tilt` \[rad\], 0 to pi; the spin free, or its twist about z within a range.

@@ -133,7 +133,7 @@ impl OrientationVolume {
         let volume = self.reference.axes().map(|axis| frame.rotate(axis));
         let mut out = Sides::NONE;
         match &self.shape {
-            Shape::Cone(tilt) => cone_sides(*tilt, &volume, tool, &mut out),
+            Shape::Cone(tilt) => cone_sides((*tilt, self.sine, self.cosine), &volume, tool, &mut out),
             Shape::Pyramid(tilts) => pyramid_sides(*tilts, &volume, tool, &mut out),
             Shape::Square(tilts) => square_sides(*tilts, &volume, tool, &mut out),
             Shape::Product(factors) => product_sides(factors, &volume, tool, &mut out),
@@ -171,15 +171,14 @@ fn last_angle(volume: &[Vec3; 3], tool: &[Vec3; 3]) -> (f64, Vec3) {
     (c, sub(tool[2], scale(x[2] / cosine, across)))
 }
 
-fn cone_sides(tilt: f64, [x, y, axis]: &[Vec3; 3], tool: &[Vec3; 3], out: &mut Sides) {
+fn cone_sides((tilt, sine, cosine): (f64, f64, f64), [x, y, axis]: &[Vec3; 3], tool: &[Vec3; 3], out: &mut Sides) {
     let z = tool[2];
     if tilt == 0.0 {
         out.tilt(*x, 0.0, z, true);
         out.tilt(*y, 0.0, z, true);
         out.tilt(*axis, 0.0, z, false);
     } else if tilt < std::f64::consts::PI {
-        let sine = tilt.sin();
-        out.tilt(scale(1.0 / sine, *axis), -tilt.cos() / sine, z, false);
+        out.tilt(scale(1.0 / sine, *axis), -cosine / sine, z, false);
     }
 }
 
