@@ -7,7 +7,8 @@ use crate::linalg::MAX_JOINTS;
 const SUFFICIENT: f64 = 0.25;
 /// Halvings of a step before the search is given up: what is left is below rounding.
 const HALVINGS: usize = 60;
-/// Changes up to this, beside 1 and the joint, are what rounding leaves of a move, onto a limit say: their decrease over the change would be that of a joint with a way to go.
+/// Changes up to this, beside 1 and the joint, are what rounding leaves of a move. Of a joint on its limit the decrease over such a change is the slope there, as if it had a
+/// way to go.
 const LEFTOVER: f64 = 8.0 * f64::EPSILON;
 
 /// A number for each joint.
