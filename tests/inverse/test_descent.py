@@ -39,6 +39,18 @@ def test_a_sweep_leaves_its_last_joint_at_the_minimum(seed: int) -> None:
             assert problem.cost(other) >= cost - 1e-12 * (1 + abs(cost))
 
 
+@pytest.mark.parametrize("algorithm", [2, 3])
+def test_a_joint_at_its_minimum_is_not_moved_again(algorithm: int) -> None:
+    # Onto a limit, too, where rounding leaves a change whose decrease over it is the slope there.
+    for seed in range(120):
+        problem = Problem(seed)
+        if problem.volume is not None:
+            continue  # the goal moves with the tool
+        for picks in problem.descent(algorithm).trace(problem.q0, 2).picks:
+            again = (picks[1:] == picks[:-1]) & (picks[1:] >= 0)
+            assert not again.any(), (seed, picks)
+
+
 def test_five_as_printed_and_four_are_no_descent() -> None:
     start, goal = [0.1, -1.2, 1.4, -0.5, 0.8, 0.1], UR5E.fk([1.5, -0.6, 0.4, 0.9, -1.2, 2.0])
     with pytest.warns(RuntimeWarning, match=r"step is above 2 / sum\(W\) = 0.6896"):
@@ -240,3 +252,9 @@ def test_arrays_that_are_not_plain() -> None:
     for wrong in wrongs:
         with pytest.raises(rd.RedundancyError):
             descent.sweep(wrong)
+
+
+def test_traces_are_refused_that_would_fill_the_memory() -> None:
+    descent = rd.CoordinateDescent(UR5E, np.eye(4))
+    with pytest.raises(rd.errors.InvalidValueError, match="sweeps is 1000000000000, expected at most 1000000"):
+        descent.trace(np.zeros(6), 10**12)

@@ -1,5 +1,8 @@
 """`Robot.solve_pose`: reached from one start, held to limits, near the start, the same in batches."""
 
+import _thread
+import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -350,3 +353,15 @@ def test_poses_whose_postures_are_beyond_a_limit_by_less_than_the_tolerance(name
         found = robot.solve_pose(robot.fk(q), np.clip(q, robot.q_min, robot.q_max))
         assert found.status == "converged"
         assert robot.within_limits(found.q)
+
+
+def test_a_batch_stops_when_asked_to() -> None:
+    robot = of("kuka_iiwa14")
+    poses = robot.fk(robot.random_postures(200_000, seed=19))
+    poses[:, :3, 3] *= 3.0  # out of reach, which takes the longest
+    timer, start = threading.Timer(0.2, _thread.interrupt_main), time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        robot.solve_pose(poses)
+    assert time.monotonic() - start < 20.0
+    timer.join()

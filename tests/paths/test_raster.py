@@ -89,6 +89,8 @@ GOOD: dict[str, Any] = {"size": (1.0, 0.4), "rows": 3, "fillet": 0.05, "spacing"
         ({"rows": 0}, InvalidValueError, "rows is 0"),
         ({"rows": 2.5}, InvalidValueError, "whole number"),
         ({"spacing": 0.0}, InvalidValueError, "spacing is 0"),
+        ({"spacing": 1e-12}, InvalidValueError, "at most 10000000 points"),
+        ({"spacing": 1e-320}, InvalidValueError, "at most 10000000 points"),
         ({"size": (1.0, -0.4)}, InvalidValueError, "size"),
         ({"size": (1.0, 0.4, 1.0)}, ShapeError, "size"),
         ({"spacing": np.nan}, NonFiniteError, "spacing"),

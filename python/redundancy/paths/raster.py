@@ -10,6 +10,9 @@ from ..errors import InvalidValueError
 _ROUNDING = 1e-12
 """Share of a length by which rounding may leave a fillet too large, as where half circles join the lines."""
 
+_MOST = 10_000_000
+"""Points of a raster at most: more are a slip of the unit, and would fill the memory."""
+
 
 class Pieces(NamedTuple):
     """Straight lines and arcs in the plane, end to end: arrays of M, but for the starts, shape (M, 2)."""
@@ -103,6 +106,8 @@ def points_along(pieces: Pieces, spacing: float) -> tuple[F64, F64]:
         Exact lengths of the path to them [m].
     """
     ends = np.cumsum(pieces.length)
+    if ends[-1] > _MOST * spacing:
+        raise InvalidValueError(f"spacing is {spacing} m, expected at most {_MOST} points along {ends[-1]:.4g} m")
     count = int(np.ceil(ends[-1] / spacing * (1.0 - _ROUNDING)))
     s = np.linspace(0.0, ends[-1], count + 1)
     at = np.minimum(np.searchsorted(ends, s, side="right"), len(ends) - 1)

@@ -14,6 +14,9 @@ use redundancy::linalg::vector::{Vec3, unit};
 /// How far from one the length of a caller's quaternion may be; within it, it is scaled to one.
 const LENGTH: f64 = 1e-6;
 
+/// Orientations that are answered before a look whether the caller wants to stop: seconds' work where volumes are the slowest.
+const BETWEEN_SIGNALS: usize = 4096;
+
 /// Orientations as they came: quaternions (..., 4), or matrices (..., 3, 3).
 pub struct Orientations {
     /// Four numbers each.
@@ -72,10 +75,13 @@ impl Orientations {
     }
 
     /// A kernel's `cell` numbers of each, on every core when there are many.
-    pub fn map(&self, py: Python<'_>, cell: usize, kernel: impl Fn(&Quaternion, &mut [f64]) + Sync) -> Vec<f64> {
+    pub fn map(&self, py: Python<'_>, cell: usize, kernel: impl Fn(&Quaternion, &mut [f64]) + Sync) -> PyResult<Vec<f64>> {
         let mut out = vec![0.0; self.numbers.len() / 4 * cell];
-        py.detach(|| for_each_row(&self.numbers, 4, &mut out, cell, |q, out| kernel(&Quaternion([q[0], q[1], q[2], q[3]]), out)));
-        out
+        for (rows, out) in self.numbers.chunks(4 * BETWEEN_SIGNALS).zip(out.chunks_mut(cell * BETWEEN_SIGNALS)) {
+            py.detach(|| for_each_row(rows, 4, out, cell, |q, out| kernel(&Quaternion([q[0], q[1], q[2], q[3]]), out)));
+            py.check_signals()?;
+        }
+        Ok(out)
     }
 
     /// An array of `cell` numbers an orientation; a number alone if there is one of each.
@@ -194,7 +200,7 @@ pub fn quaternion_product<'py>(py: Python<'py>, a: &Bound<'py, PyAny>, b: &Bound
 #[pyfunction]
 pub fn quaternion_conjugate<'py>(py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let q = Orientations::read("q", q)?;
-    let out = q.map(py, 4, |q, out| out.copy_from_slice(&q.conjugate().0));
+    let out = q.map(py, 4, |q, out| out.copy_from_slice(&q.conjugate().0))?;
     q.array(py, &out, &[4])
 }
 
@@ -263,8 +269,8 @@ pub fn quaternion_about<'py>(py: Python<'py>, axis: &Bound<'py, PyAny>, angle: &
 #[pyfunction]
 pub fn quaternion_axis_angle<'py>(py: Python<'py>, q: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
     let q = Orientations::read("q", q)?;
-    let axes = q.map(py, 3, |q, out| out.copy_from_slice(&q.axis_angle().0));
-    let angles = q.map(py, 1, |q, out| out[0] = q.angle());
+    let axes = q.map(py, 3, |q, out| out.copy_from_slice(&q.axis_angle().0))?;
+    let angles = q.map(py, 1, |q, out| out[0] = q.angle())?;
     Ok(PyTuple::new(py, [q.array(py, &axes, &[3])?, q.array(py, &angles, &[])?])?)
 }
 

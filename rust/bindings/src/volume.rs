@@ -215,7 +215,7 @@ impl PyVolume {
             return Err(Error::value("tolerance", tolerance, "a finite angle [rad] of at least 0").into());
         }
         let asked = Orientations::read("R", R)?;
-        let inside = asked.map(py, 1, |q, out| out[0] = f64::from(self.volume.contains(q, tolerance)));
+        let inside = asked.map(py, 1, |q, out| out[0] = f64::from(self.volume.contains(q, tolerance)))?;
         asked.flags(py, &inside)
     }
 
@@ -242,7 +242,7 @@ impl PyVolume {
             let nearest = self.volume.nearest(q);
             out[..4].copy_from_slice(&nearest.orientation.0);
             (out[4], out[5]) = (nearest.distance, f64::from(nearest.unique));
-        });
+        })?;
         let column = |at: usize, width: usize| -> Vec<f64> { found.chunks_exact(6).flat_map(|row| row[at..at + width].to_vec()).collect() };
         let parts = (asked.same_form(py, &column(0, 4))?, asked.array(py, &column(4, 1), &[])?, asked.flags(py, &column(5, 1))?);
         Ok(NEAREST_ORIENTATION.make(py, parts)?)
@@ -262,7 +262,7 @@ impl PyVolume {
     #[allow(non_snake_case)]
     fn distance<'py>(&self, py: Python<'py>, R: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let asked = Orientations::read("R", R)?;
-        let found = asked.map(py, 1, |q, out| out[0] = self.volume.nearest(q).distance);
+        let found = asked.map(py, 1, |q, out| out[0] = self.volume.nearest(q).distance)?;
         asked.array(py, &found, &[])
     }
 
@@ -291,7 +291,7 @@ impl PyVolume {
             let signed = self.volume.signed(q);
             out[0] = signed.value;
             out[1..].copy_from_slice(&signed.gradient);
-        });
+        })?;
         let values: Vec<f64> = found.chunks_exact(4).map(|row| row[0]).collect();
         let values = asked.array(py, &values, &[])?;
         if !gradient {
@@ -321,7 +321,7 @@ impl PyVolume {
             let (direction, spin) = self.volume.pointing(q);
             out[..3].copy_from_slice(&direction);
             out[3] = spin;
-        });
+        })?;
         let directions: Vec<f64> = found.chunks_exact(4).flat_map(|row| row[..3].to_vec()).collect();
         let spins: Vec<f64> = found.chunks_exact(4).map(|row| row[3]).collect();
         Ok(PyTuple::new(py, [asked.array(py, &directions, &[3])?, asked.array(py, &spins, &[])?])?)
@@ -342,7 +342,7 @@ impl PyVolume {
     #[allow(non_snake_case)]
     fn visualising<'py>(&self, py: Python<'py>, R: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let asked = Orientations::read("R", R)?;
-        let found = asked.map(py, 4, |q, out| out.copy_from_slice(&self.volume.visualising(q).0));
+        let found = asked.map(py, 4, |q, out| out.copy_from_slice(&self.volume.visualising(q).0))?;
         asked.array(py, &found, &[4])
     }
 

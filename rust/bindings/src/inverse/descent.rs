@@ -24,6 +24,9 @@ use redundancy::task::Task;
 /// W of (46), for six revolute joints.
 const SIX: [f64; 6] = [1.0, 0.5, 0.5, 0.3, 0.3, 0.3];
 
+/// Sweeps of a trace at most, which keeps them all: more are a mistake, and would fill the memory.
+const MOST_SWEEPS: usize = 1_000_000;
+
 /// Coordinate descent to a pose: the five algorithms of From and Gravdahl (2007, section 5), each joint in closed form.
 ///
 /// The cost is ``w_p |p - p_d|^2 + w_o E_o`` and what points and centring add. Algorithms 1, 2, 3 and 5 with its search never raise it (``monotone``); 4, and 5 as
@@ -37,8 +40,8 @@ const SIX: [f64; 6] = [1.0, 0.5, 0.5, 0.3, 0.3, 0.3];
 ///     Pose of the tool in the base frame, or a target of the task: position (3,), or position and axis (6,).
 /// task : Task, optional
 ///     ``Task.full()``; ``Task.axisymmetric(axis)``, of which the spin is free and ``|z - z_d|^2`` is E_o; ``Task.position()``; or ``Task.within(volume)``, of
-///     which before each sweep the member nearest to the present orientation is wanted, the volume standing in the target's frame. If not given the whole
-///     pose, for a target of three numbers the position.
+///     which before each sweep, and each move of algorithms 2 and 3, the member nearest to the present orientation is wanted, the volume standing in the
+///     target's frame. If not given the whole pose, for a target of three numbers the position.
 /// algorithm : {1, 2, 3, 4, 5}
 ///     1: the joints in turn, each to its minimum (5.3). 2: n times the joint with the largest decrease (5.4). 3: n times the one with the largest decrease
 ///     over its change (5.5). 4: all at once, ``q + step W x`` (45). 5: along the estimate G of the gradient (47).
@@ -59,8 +62,8 @@ const SIX: [f64; 6] = [1.0, 0.5, 0.5, 0.3, 0.3, 0.3];
 /// limits : bool
 ///     Keep the robot's limits, those on combinations of joints included. A start beyond them is put onto them first.
 /// points : sequence of (int, array_like, array_like, float), optional
-///     Points of links (43), at most 8: the number of joints that carry it, its place in the frame after them, its goal in the base frame [m], a weight [1/m^2];
-///     below zero the point is kept off the goal.
+///     Points of links (43), at most 8: the number of joints that carry it, its place in the frame of the link after them as `Robot.link_frames` gives it, its
+///     goal in the base frame [m], a weight [1/m^2]; below zero the point is kept off the goal.
 /// centring : array_like, shape (n,), or float, optional
 ///     Weights of joints that are drawn to the middle: ``weight (1 - cos(q - middle))``, for a joint that slides ``weight (q - middle)^2 / 2``.
 /// middle : array_like, shape (n,), optional
@@ -235,7 +238,7 @@ impl PyCoordinateDescent {
     /// q0 : array_like, shape (n,)
     ///     Where to start [rad or m].
     /// sweeps : int
-    ///     How many.
+    ///     How many, at most 1000000.
     ///
     /// Returns
     /// -------
@@ -247,6 +250,9 @@ impl PyCoordinateDescent {
     ///     Joints that algorithms 2 and 3 moved, counted from 0, -1 where none lowers the cost; (sweeps, 0) for the others.
     #[pyo3(signature = (q0, sweeps=10))]
     fn trace<'py>(&self, py: Python<'py>, q0: &Bound<'py, PyAny>, sweeps: usize) -> PyResult<Bound<'py, PyAny>> {
+        if sweeps > MOST_SWEEPS {
+            return Err(Error::value("sweeps", sweeps, &format!("at most {MOST_SWEEPS}")).into());
+        }
         let q0 = self.posture("q0", q0)?;
         let trace = ok(py.detach(|| self.descent.trace(&q0, sweeps)))?;
         let picks: Vec<i64> = trace.picks.iter().map(|joint| joint.map_or(-1, |joint| joint as i64)).collect();

@@ -17,6 +17,9 @@ use crate::robot::frames::Maybe;
 use crate::robot::inverse::{made, whole};
 use crate::task::PyTask;
 
+/// Poses that are solved before a look whether the caller wants to stop: half a second's where all are out of reach.
+const BETWEEN_SIGNALS: usize = 2048;
+
 /// What `Robot.solve_pose` found: of one target numbers, of N targets arrays with a leading axis N.
 #[pyclass(name = "PoseSolution", frozen, module = "redundancy._core")]
 pub struct PyPoseSolution {
@@ -237,8 +240,13 @@ impl Asked<'_, '_> {
                 }
                 let q0 = self.q0.map(|_| &*q0);
                 let settings = self.settings;
-                let poses = py.detach(|| solver.solve_many(inverse, aim, &targets, q0, &settings));
-                Ok(Bound::new(py, PyPoseSolution { n, poses: Err(ok(poses)?), trace: Vec::new() })?.into_any())
+                let mut poses = Vec::with_capacity(targets.len());
+                for (k, part) in targets.chunks(BETWEEN_SIGNALS).enumerate() {
+                    let starts = q0.map(|q0| if q0.len() == n { q0 } else { &q0[k * BETWEEN_SIGNALS * n..][..part.len() * n] });
+                    poses.extend(ok(py.detach(|| solver.solve_many(inverse, aim, part, starts, &settings)))?);
+                    py.check_signals()?;
+                }
+                Ok(Bound::new(py, PyPoseSolution { n, poses: Err(poses), trace: Vec::new() })?.into_any())
             }
         }
     }

@@ -7,6 +7,9 @@ use crate::linalg::MAX_JOINTS;
 const SUFFICIENT: f64 = 0.25;
 /// Halvings of a step before the search is given up: what is left is below rounding.
 const HALVINGS: usize = 60;
+/// Changes up to this, beside 1 and the joint, are what rounding leaves of a move. Of a joint on its limit the decrease over such a change is the slope there, as if it had a
+/// way to go.
+const LEFTOVER: f64 = 8.0 * f64::EPSILON;
 
 /// A number for each joint.
 pub(super) type Joints = [f64; MAX_JOINTS];
@@ -41,8 +44,11 @@ impl Problem<'_> {
             let (form, (low, high)) = (self.form(state, i), self.room(&state.q[..n], i));
             // A part of the way has to be downhill, the whole of it may cross a maximum.
             let x = if share[i] < 1.0 { form.downhill(low, high) } else { form.best(low, high) };
+            if is_leftover(x, state.q[i]) {
+                continue;
+            }
             let decrease = form.decrease(x);
-            let gain = if by_rate && x != 0.0 { decrease / x.abs() } else { decrease };
+            let gain = if by_rate { decrease / x.abs() } else { decrease };
             if gain > most {
                 (chosen, most) = (Some((i, share[i] * x)), gain);
             }
@@ -102,7 +108,7 @@ impl Problem<'_> {
         for i in 0..n {
             let (form, (low, high)) = (self.form(state, i), self.room(&state.q[..n], i));
             let x = form.downhill(low, high);
-            if x != 0.0 {
+            if !is_leftover(x, state.q[i]) {
                 (alone.x[i], alone.g[i]) = (x, -form.decrease(x) / x);
             }
         }
@@ -138,4 +144,10 @@ impl Problem<'_> {
         };
         (0..n).map(free).fold(0.0, f64::max)
     }
+}
+
+/// Whether a change of a joint is no more than rounding.
+#[inline]
+fn is_leftover(x: f64, q: f64) -> bool {
+    x.abs() <= LEFTOVER * (1.0 + q.abs())
 }
