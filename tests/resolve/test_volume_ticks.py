@@ -254,3 +254,23 @@ def test_a_tool_that_accelerations_kept_from_following_a_frame_comes_back() -> N
     assert volume.distance(target[:3, :3].T @ robot.fk(q)[:3, :3]) <= BAR
     assert "infeasible" not in statuses[-500:]
     assert np.linalg.norm(robot.fk(q)[:3, 3] - target[:3, 3]) < 1e-3
+
+
+@pytest.mark.parametrize("dt", [1e-3, 1e-2])
+@pytest.mark.parametrize("tilt", [1e-4, 3e-4, 1e-3])
+@pytest.mark.parametrize("method", [rd.QuadraticProgram, rd.TwistDecomposition])
+def test_cones_that_are_thin_beside_the_turn_of_their_frame_keep_the_position(
+    method: Callable[..., Any], tilt: float, dt: float
+) -> None:
+    robot, s = rd.robots.get("ur5e"), np.linspace(0.0, 1.0, 21)
+    position = np.array([0.4, 0.1, 0.15]) + np.c_[0.05 * np.sin(6 * s), 0.3 * (s - 0.5), 0.03 * np.cos(5 * s)]
+    down = np.diag([1.0, -1.0, -1.0])
+    leaning = turned(down, np.array([-0.1, 0.0, 0.0]))
+    rotation = np.array([turned(leaning, np.array([0.0, 0.0, -0.5 * np.sin(3 * x)])) for x in s])
+    path = rd.Toolpath(position, rotation[:, :, 2], rotation=rotation, time=2.0 * s)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation[0], position[0]
+    solver = method(robot, rd.Task.within(rd.OrientationVolume.cone(tilt)), CONDITION, dt=dt)
+    tracked = rd.track(solver, path, q0=robot.solve_pose(pose).q)
+    assert tracked.axis_error.max() < BAR
+    assert tracked.position_error.max() < 2e-5 * (dt / 1e-2) + 1e-6

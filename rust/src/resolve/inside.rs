@@ -14,7 +14,7 @@ use crate::linalg::vector::{Vec3, dot, norm};
 use crate::qp::DenseRow;
 use crate::robot::{Limits, Robot};
 use crate::task::Task;
-use crate::task::volume::{MAX_SIDES, OrientationVolume, Side, Sides};
+use crate::task::volume::{MAX_SIDES, OrientationVolume, Shape, Side, Sides};
 
 /// Speed at which a tool outside comes back [rad/s], beside what the path's frame turns.
 const RETURN_SPEED: f64 = 0.5;
@@ -23,11 +23,13 @@ const OUTSIDE: f64 = 1e-9;
 /// What a bound may be short of at the end of a tick [rad].
 pub(super) const SHORT: f64 = 1e-10;
 /// Newton steps of a tick for its bounds, at most, first for the least cost; the force of a bound, whose curvature a row leaves out, may make that slow.
-pub(super) const ROUNDS: usize = 9;
-/// Steps from this one on look for the nearest rates with the task as it is, and from the next for the nearest at all.
+pub(super) const ROUNDS: usize = 12;
+/// Steps from this one on look for the nearest rates with the task as it is, which a cone that is thin beside the turn of its frame takes some of; those from the
+/// second on for the nearest at all.
 const SETTLING: usize = 3;
+const NEAREST: usize = 7;
 /// The step that goes back to standing still, from where every bound is near.
-const FROM_REST: usize = 6;
+const FROM_REST: usize = 9;
 /// Sum of the motions of all joints [rad] up to which the tick before tells where this one leads.
 pub(super) const TELLING: f64 = 0.1;
 /// How much faster a slack can fall than the tool turns, at most, beside the length of its rate.
@@ -197,11 +199,33 @@ impl<'a> Inside<'a> {
     pub fn write<const C: usize>(&self, (tool, there): (&Frame, &Jacobian<C>), motion: &[f64; C], dt: f64, rows: &mut [DenseRow<C>]) {
         let sides = self.volume.sides(&self.frame, &tool.axes);
         for (i, (side, row)) in sides.as_slice().iter().zip(rows).enumerate().take(self.count) {
-            row.a = std::array::from_fn(|k| dot(side.rate, there.w[k]));
+            let (scale, missing) = self.in_angles(i, side.slack);
+            row.a = std::array::from_fn(|k| scale * dot(side.rate, there.w[k]));
             let along: f64 = row.a.iter().zip(motion).map(|(a, x)| a * x).sum();
-            row.lower = (self.end[i] - side.slack + along) / dt;
+            row.lower = (missing + along) / dt;
             row.upper = if self.equal[i] { row.lower } else { f64::INFINITY };
         }
+    }
+
+    /// What a slack lacks at the end, and what its rate has to be multiplied with for that: where the frame turns out of a cone the angle of tilt, of which a cosine is
+    /// a poor measure where the cone is thin.
+    #[inline(always)]
+    fn in_angles(&self, i: usize, slack: f64) -> (f64, f64) {
+        let missing = self.end[i] - slack;
+        if let Shape::Cone(tilt) = self.volume.shape()
+            && i == 0
+            && !self.outside
+            && slack < 0.0
+            && missing > 0.0
+        {
+            let (sine, cosine) = tilt.sin_cos();
+            let angle = |slack: f64| (slack * sine + cosine).clamp(-1.0, 1.0).acos();
+            let now = angle(slack);
+            if sine > 0.0 && now.sin() > LEVEL {
+                return (sine / now.sin(), now - angle(self.end[i]));
+            }
+        }
+        (1.0, missing)
     }
 
     /// The same about where rates lead.
@@ -315,8 +339,8 @@ impl Step {
     pub fn of(round: usize) -> Self {
         match round {
             FROM_REST => Self::Rest,
-            SETTLING => Self::Task,
             0..SETTLING => Self::Whole,
+            SETTLING..NEAREST => Self::Task,
             _ => Self::Nearest,
         }
     }

@@ -19,7 +19,7 @@ pub const MAX_SIDES: usize = 6;
 const QUARTER: f64 = 1e-9;
 
 /// A tilt below this \[rad\], but not zero, is refused as a task: its bound would be all rounding.
-const SMALLEST: f64 = 1e-6;
+const SMALLEST: f64 = 1e-4;
 
 /// A pyramid with bounded spin is refused as a task this close \[rad\] to a tilt about y of a quarter turn, where its spin is undefined.
 const NEAR_GIMBAL: f64 = 0.02;
@@ -107,9 +107,9 @@ impl OrientationVolume {
         let refuse = |what: &str, expected: &str| Err(Error::value("volume", what, expected));
         let tiny = |tilt: &f64| *tilt > 0.0 && *tilt < SMALLEST;
         match &self.shape {
-            Shape::Cone(tilt) if tiny(tilt) => refuse("a cone with a tilt below 1e-6", "a tilt of 0 or of 1e-6 rad and more as a task"),
+            Shape::Cone(tilt) if tiny(tilt) => refuse("a cone with a tilt below 1e-4", "a tilt of 0 or of 1e-4 rad and more as a task"),
             Shape::Pyramid(tilts) | Shape::Square(tilts) if tilts.iter().any(tiny) => {
-                refuse("a volume with a tilt below 1e-6", "tilts of 0 or of 1e-6 rad and more as a task")
+                refuse("a volume with a tilt below 1e-4", "tilts of 0 or of 1e-4 rad and more as a task")
             }
             Shape::Pyramid([x, y]) if x.max(*y) > FRAC_PI_2 => {
                 refuse("a pyramid or line with a tilt beyond a quarter turn", "tilts of pi/2 at most as a task")
