@@ -195,3 +195,17 @@ def test_a_path_without_rotations_has_no_frame_for_other_volumes() -> None:
         solver = rd.OrthogonalSQP(robot, rd.Task.within(volume), CONDITION)
         with pytest.raises(InvalidValueError, match="no rotations"):
             rd.follow(solver, helix(False), progress=False)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.1])
+def test_an_objective_of_weight_along_a_bound_leaves_the_position_to_be_reached(weight: float) -> None:
+    robot, s = rd.robots.get("ur5e"), np.linspace(0.0, 1.0, 21)
+    position = np.array([0.4, 0.1, 0.15]) + np.c_[0.05 * np.sin(6 * s), 0.3 * (s - 0.5), 0.03 * np.cos(5 * s)]
+    path = rd.Toolpath(position, np.tile([0.0, 0.1, -1.0], (21, 1)))
+    task = rd.Task.within(rd.OrientationVolume.cone(0.2))
+    solver = rd.QuadraticProgram(robot, task, rd.ConditionNumber(0.4, squared=True), weight=weight)
+    q0 = robot.solve_pose([*position[0], 0.0, 0.1, -1.0], task=rd.Task.axisymmetric()).q
+    followed = rd.follow(solver, path, q0=q0)
+    assert set(followed.status) == {"on target"}
+    assert followed.position_error.max() < 1e-9
+    assert followed.axis_error.max() < 1e-9

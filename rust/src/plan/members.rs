@@ -148,7 +148,7 @@ pub(super) fn is_axial(volume: &OrientationVolume) -> bool {
 pub(super) fn check(volume: &OrientationVolume) -> Result<()> {
     volume.check_as_task()?;
     if volume.freedoms() < 3 {
-        let given = format!("one of the kind '{}' that leaves the orientation {} freedoms", volume.kind(), volume.freedoms());
+        let given = format!("one of the kind '{}' that leaves the orientation {} of 3 freedoms", volume.kind(), volume.freedoms());
         return Err(Error::value("volume", given, "tilts about x and y and a spin that are all above 0 for a plan"));
     }
     Ok(())

@@ -8,6 +8,7 @@ use crate::linalg::vector::{Vec3, dot, norm, scale, sub};
 use crate::linalg::{MAX_JOINTS, Row6, Rows6};
 use crate::qp::DenseRow;
 use crate::robot::{Limits, MAX_COMBINATIONS, Robot};
+use crate::task::volume::MAX_SIDES;
 use crate::task::{OrientationVolume, Target};
 
 /// Damping relative to the squared error.
@@ -104,14 +105,23 @@ impl Sought<'_> {
                 ((limits.q_min[i] - q[i]).clamp(-LARGEST_STEP, 0.0), (limits.q_max[i] - q[i]).clamp(0.0, LARGEST_STEP))
             });
         }
-        let mut coupled = [DenseRow::<MAX_JOINTS>::OPEN; MAX_COMBINATIONS];
+        let mut kept = [DenseRow::<MAX_JOINTS>::OPEN; MAX_COMBINATIONS + MAX_SIDES];
         let combinations = self.limits.map_or(&[][..], |limits| &limits.coupled);
-        for (row, it) in coupled.iter_mut().zip(combinations) {
+        for (row, it) in kept.iter_mut().zip(combinations) {
             row.a[..n].copy_from_slice(&it.row);
             (row.lower, row.upper) = it.room(q);
         }
-        let coupled = &coupled[..combinations.len()];
-        least_squares(n, (&rows, &wanted), (damping, &[0.0; MAX_JOINTS]), (&low, &high), coupled).unwrap_or([0.0; MAX_JOINTS])
+        // On its way the tool leaves no bound that it keeps: what the position takes is taken along it.
+        let sides = self.volume.sides(&self.target.frame, &tool.axes);
+        let bounds = sides.as_slice().iter().filter(|side| !side.equality && side.slack >= 0.0);
+        let mut count = combinations.len();
+        for (row, side) in kept[count..].iter_mut().zip(bounds) {
+            row.a = columns.w.map(|column| dot(side.rate, column));
+            row.lower = -side.slack;
+            count += 1;
+        }
+        let kept = &kept[..count];
+        least_squares(n, (&rows, &wanted), (damping, &[0.0; MAX_JOINTS]), (&low, &high), kept).unwrap_or([0.0; MAX_JOINTS])
     }
 
     /// The position, then the sides without width and the way into the volume, of which three are enough; from afar that way comes first.
