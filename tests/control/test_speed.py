@@ -311,3 +311,8 @@ def test_pinocchio_beside_a_pendulum() -> None:
         dynamics.torque([np.nan], [0.0], [0.0])
     with pytest.raises(ShapeError, match="limit"):
         rd.PinocchioDynamics(model, [1.0, 2.0])
+
+
+def test_postures_alone_are_no_trajectory() -> None:
+    with pytest.raises(InvalidValueError, match=r"trajectory is a ndarray, expected a Trajectory or a Plan"):
+        rd.constant_speed(rd.robots.get("ur5e"), np.zeros((3, 6)))  # type: ignore[arg-type]

@@ -145,6 +145,8 @@ class Motion:
     @classmethod
     def of(cls, robot: Robot, trajectory: Trajectory) -> "Motion":
         """Return the motion of a trajectory, or raise an InvalidValueError."""
+        if not isinstance(trajectory, Trajectory):
+            raise InvalidValueError(f"trajectory is a {type(trajectory).__name__}, expected a Trajectory or a Plan")
         if trajectory.q.shape[1] != robot.n:
             raise InvalidValueError(f"trajectory has {trajectory.q.shape[1]} joints, expected {robot.n}")
         if trajectory.unreachable:
