@@ -38,20 +38,25 @@ def draw(folder: Path) -> None:
 
 def _paths(scenario: Scenario) -> Figure:
     """Draw the tool's path and those of the wrist from above (Fig. 3)."""
-    figure = Figure(figsize=(7.0, 2.3), layout="constrained")
+    figure = Figure(figsize=(7.0, 2.0), layout="constrained")
     panels = figure.subplots(1, 4, sharex=True, sharey=True)
     flange = np.linalg.inv(scenario.robot.tool)
     for panel, (name, motion) in zip(panels, motions(scenario).items(), strict=True):
         wrist = (scenario.robot.fk(motion.q) @ flange)[:, :3, 3]
-        panel.plot(*motion.path.position[:, :2].T, color=GREY, linewidth=1.0, label="tool point")
-        panel.plot(*wrist[:, :2].T, color=COLORS[name], label="wrist")
+        panel.plot(
+            *motion.path.position[:, :2].T,
+            color=GREY,
+            linewidth=1.0,
+            label="tool point" if panel is panels[0] else None,
+        )
+        panel.plot(*wrist[:, :2].T, color=COLORS[name], label=f"wrist, {name}")
         panel.plot(0.0, 0.0, "+", color=BLACK, markersize=8.0)
         panel.annotate("joint 1", (0.0, 0.0), (0.0, 8.0), textcoords="offset points", ha="left", fontsize=8.0)
-        panel.set(aspect="equal", xlabel="x [m]", title=name)
+        panel.set(aspect="equal", xlabel="x [m]")
         panel.xaxis.set_major_locator(mpl.ticker.MultipleLocator(0.4))
         panel.yaxis.set_major_locator(mpl.ticker.MultipleLocator(0.2))
-        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.5), fontsize=8.0)
     panels[0].set(ylabel="y [m]")
+    figure.legend(loc="outside upper center", ncols=5, fontsize=8.0)
     return figure
 
 

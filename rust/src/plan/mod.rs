@@ -29,6 +29,7 @@ mod closed;
 mod constraints;
 mod continued;
 mod corridor;
+mod derived;
 mod diagnosis;
 mod edges;
 mod failure;
