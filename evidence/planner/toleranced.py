@@ -29,6 +29,7 @@ AROUND = np.deg2rad(6.0)
 """How far from the plan that part of the grid reaches in which ways are searched."""
 SAMPLED = 8
 """Points at which the whole grid is looked at: the worst of the plan, and others evenly."""
+Z = (0.0, 0.0, 1.0)
 JUMP = 0.25
 """Longest motion of a joint from point to point [rad]."""
 KAPPA = rd.ConditionNumber(0.4855933)
@@ -174,7 +175,10 @@ def around(plan: rd.Plan, task: rd.Task, tilt: float, criterion: str) -> float:
         lean = [np.round(centre / STEP) * STEP + steps for centre in (x, y)]
         spins = np.round(found[i, 2] / STEP) * STEP + steps
         poses = [
-            _pose(plan.path.position[i], rotation[i] @ _swing(np.hypot(a, b), np.arctan2(b, a)) @ _about_z(spin))
+            _pose(
+                plan.path.position[i],
+                rotation[i] @ _swing(np.hypot(a, b), np.arctan2(b, a)) @ _about((0.0, 0.0, 1.0), spin),
+            )
             for a in lean[0]
             for b in lean[1]
             if np.hypot(a, b) <= tilt
@@ -212,17 +216,11 @@ def _pose(position: F64, rotation: F64) -> F64:
 
 def _swing(tilt: float, heading: float) -> F64:
     """Return the rotation by a tilt towards a heading."""
-    return _about_z(heading) @ _about_y(tilt) @ _about_z(-heading)
+    return _about((-np.sin(heading), np.cos(heading), 0.0), tilt)
 
 
-def _about_y(angle: float) -> F64:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
-def _about_z(angle: float) -> F64:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def _about(axis: tuple[float, float, float], angle: float) -> F64:
+    return rd.quaternion.matrix(rd.quaternion.about(axis, angle))
 
 
 def beside_descartes(points: int, tilt: float) -> str:
